@@ -101,13 +101,13 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
     }
     let error_lx = target * job.mean_without_gathering_lx();
     let mut plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
-    job.pilot_rays += plan.pilot_rays;
+    job.work.pilot_rays += plan.pilot_rays;
     if !is_believed(&plan, &job.weights, LEAST_FOUND..=MOST_HIDDEN, MOST_SCATTER) {
         if at_best < WORTH_TRACING || is_over(context) {
             return Err(UNSURE);
         }
         plan = LocalPlan::by_tracing(context, set, at_best);
-        job.pilot_rays += plan.pilot_rays;
+        job.work.pilot_rays += plan.pilot_rays;
         if !is_believed(&plan, &job.weights, 1.0 / MOST_APART..=MOST_APART, MOST_SCATTER_TRACED) {
             return Err("its chains seldom reach the points");
         }
@@ -143,7 +143,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
         work < without && looks || work < without.min(of_local)
     };
     if gathering.is_ok_and(gathers) {
-        job.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK | UNSURE)));
+        job.connecting.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK | UNSURE)));
         return true;
     }
     if let Ok(offer) = offered
@@ -171,18 +171,18 @@ fn reason(counts: bool, error: f64, gathering: GatheringWork, without: f64, offe
 /// After a look: leaves cells for local estimation, or either for walks, where these would be done with far less work than it still
 /// takes.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
-    if job.met || job.refused {
+    if job.met || job.looks.refused {
         return;
     }
     let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
     if let Some(more) = job.work_to_ask() {
         let at_best = more.min(walks);
-        if job.offered.is_none() && is_worth_a_pilot(job, at_best) {
+        if job.connecting.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));
-            job.offered = Some(offered).filter(|offered| !matches!(offered, Err(UNSURE)));
+            job.connecting.offered = Some(offered).filter(|offered| !matches!(offered, Err(UNSURE)));
         }
         let is_far_cheaper = |offer: &mut Offer| LEAVING * offer.work < at_best;
-        if let Some(Ok(offer)) = job.offered.take_if(|offered| offered.as_mut().is_ok_and(is_far_cheaper)) {
+        if let Some(Ok(offer)) = job.connecting.offered.take_if(|offered| offered.as_mut().is_ok_and(is_far_cheaper)) {
             job.method_reason = format!(
                 "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks, {:.1e} by local estimation",
                 offer.work
@@ -200,7 +200,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         }
     } else if job.connects() {
         let needed = needed_work(target, &job.judgement, job.error_exponent());
-        let more = WORK_OF_A_CONNECTION * (needed - 1.0).max(0.0) * job.rays as f64;
+        let more = WORK_OF_A_CONNECTION * (needed - 1.0).max(0.0) * job.work.rays as f64;
         if more > LEAVING * walks {
             job.stop_connecting();
             job.method_reason =

@@ -243,8 +243,8 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
         values: job.values(),
         error,
         bound: job.bound,
-        refusals: job.refusals,
-        checks: job.checks.clone(),
+        refusals: job.looks.refusals,
+        checks: job.looks.checks.clone(),
         target_met: target_error.map(|_| is_met(job)),
         tables: tables(context, job, error.dark_upper_bound_lx),
     }
@@ -305,8 +305,8 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let deviation = (check.absorbed_by_map_lm / emitted_lm - 1.0).abs();
     let passed = check.z_score.abs() <= MOST_DEVIATION || deviation <= target_error;
-    for job in jobs.iter_mut().filter(|job| job.kind == MapKind::Elements && !job.checks.is_empty()) {
-        job.checks.push(StatisticalCheck {
+    for job in jobs.iter_mut().filter(|job| job.kind == MapKind::Elements && !job.looks.checks.is_empty()) {
+        job.looks.checks.push(StatisticalCheck {
             name: "flux",
             passed,
             value: Some(check.z_score.abs()),
@@ -314,7 +314,7 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
             says: "the elements absorb another flux than the luminaires emit".to_owned(),
         });
         job.met &= passed;
-        job.refused |= !passed;
+        job.looks.refused |= !passed;
     }
 }
 

@@ -11,6 +11,7 @@ mod forecast;
 mod judged;
 mod leaving;
 mod merged;
+mod parts;
 mod walking;
 
 use std::ops::Range;
@@ -18,7 +19,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::cells::{CellGoal, SHARE_OF_A_LOOK};
+pub use self::cells::SHARE_OF_A_LOOK;
 use self::connecting::first_rounds;
 pub use self::connecting::{Offer, Offered};
 use self::elements::numbers_per_site;
@@ -26,23 +27,20 @@ pub use self::elements::{Refinement, Shows, element_map, element_weights, receiv
 pub use self::ends::Ends;
 pub use self::engine::Engine;
 use self::expected::first_look;
-use self::forecast::BeforeCut;
 pub use self::forecast::Hindrance;
+use self::parts::{AdaptingState, ConnectingState, Costs, GatheringState, Looks, WalkingState, WorkDone};
 use super::Method;
-use super::adapt::{Adaptive, Cutting, Loss};
-use super::broad::Broad;
-use super::cells::{CellAsks, CellSets};
-use super::guide::Guide;
+use super::adapt::{Adaptive, Cutting};
+use super::cells::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
-use super::pace::{Pace, SliceSizes, TimeLeft};
-use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
-use super::spending::{Activity, Spending};
+use super::pace::{Pace, TimeLeft};
+use super::pilot::{DirectShare, direct_cost, indirect_cost};
+use super::spending::Activity;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::CellGrowth;
 use crate::estimators::control_variate::ControlVariates;
-use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, judge};
+use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, judge};
 use crate::scene::{Elements, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
@@ -109,15 +107,8 @@ pub struct Job {
     pub kind: MapKind,
     /// The elements of an element map; none for receivers.
     pub elements: Elements,
-    /// Share of each that is exposed, where walks or rays start from elements as given: these count as a whole. Else empty.
-    pub exposed: Vec<f64>,
-    /// What elements that adapt keep beside their sums.
-    pub adaptive: Option<Adaptive>,
-    /// The first of these in the making, before the run.
-    #[serde(skip)]
-    cutting: Option<Box<Cutting>>,
-    /// The elements that gather indirect light for those that adapt.
-    pub broad: Option<Broad>,
+    /// Of elements that adapt, and of others from which walks or rays start.
+    pub adapting: AdaptingState,
     /// The sums.
     pub map: ReplicaMap,
     /// Area or weight of every entry of the map; 0 leaves it out of errors.
@@ -126,75 +117,33 @@ pub struct Job {
     pub bound: bool,
     /// Whether the stop rule accepted it.
     pub met: bool,
-    /// Whether its elements cannot show what the target asks for, and can be cut no further.
-    pub finest: bool,
-    /// What was known when its elements were last cut: until the next look that says more than a pilot.
-    before_cut: Option<BeforeCut>,
     /// Samples done in every replica: chains for elements, walks a point for receivers; passes in a black scene.
     pub samples: u64,
     /// Samples at which it is judged next.
     pub next_judgement: u64,
-    /// Rays traced for it.
-    pub rays: u64,
-    /// Rays of the pilots that planned it, beside these.
-    pub pilot_rays: u64,
-    /// Of its rays, those of direct light since the map began or started anew.
-    direct_rays: u64,
-    /// Of its rays, those whose samples were given up when the map started anew.
-    given_up_rays: u64,
-    /// Rays and seconds by what they were for, those of pilots left out.
-    pub spending: Spending,
-    /// How large its next slices of work are.
-    slices: SliceSizes,
+    /// Rays and seconds so far.
+    pub work: WorkDone,
     /// Ends of its packets (elements only), replica by replica.
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
-    /// All judgements of its present samples.
-    pub history: History,
-    /// What the statistical checks found when they were last asked: they are asked again where a run goes on.
-    #[serde(skip)]
-    pub checks: Vec<StatisticalCheck>,
-    /// Samples at which a statistical check first refused it.
-    held_since: Option<u64>,
-    /// Looks at which the stop rule accepted it and a statistical check refused.
-    pub refusals: u64,
-    /// Whether the latest was one of them.
-    pub refused: bool,
+    /// What looks at the error of its present samples have found.
+    pub looks: Looks,
     /// What estimates its indirect light.
     pub engine: Engine,
     /// Why.
     pub method_reason: String,
     /// Variance of its direct light in a replica in lx², by the latest look.
     pub direct_variance: f64,
-    /// What it has asked cells.
-    pub asks: Option<CellAsks>,
-    /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
-    pub cell_goal: CellGoal,
-    pub cell_growth: Option<(CellGrowth, u64)>,
-    /// Least and most rays, about, that the plan would take if the look were off.
-    plan_bounds: Option<[f64; 2]>,
-    judged_samples: u64,
-    /// What is known of its error, and the samples of which it is known: the latest judgement, or a glance since.
-    seen: Option<(Judgement, u64)>,
-    /// Scores that carried its variance then, effectively.
-    scores_seen: f64,
-    direct: PartCost,
-    indirect: PartCost,
-    /// The same of walks from where rays start that ask cells.
-    walked: PartCost,
+    /// What samples cost by the pilots, and how direct light shares in the work.
+    costs: Costs,
     share: DirectShare,
     /// What its points expect of direct light.
     expectations: ControlVariates,
-    /// What adaptive elements cannot show, by the latest look.
-    loss: Loss,
-    /// What its walks have learned of the directions that light comes from.
-    guide: Option<Guide>,
-    /// Rounds of local estimation, where vertices of chains score.
-    local: Option<LocalPlan>,
-    /// Local estimation, once it has been weighed after a look.
-    #[serde(with = "super::choice::kept_offer")]
-    pub offered: Option<Offered>,
+    /// What each way of estimating indirect light needs.
+    walking: WalkingState,
+    gathering: GatheringState,
+    pub connecting: ConnectingState,
     black: bool,
 }
 
@@ -205,9 +154,9 @@ impl Job {
         let adapt_to = context.adapt_to.filter(|_| bound && !given.is_empty());
         let (map, weights) = element_map(context, &given, None);
         let mut job = Job::new(context, MapKind::Elements, given, None, map, weights, bound);
-        job.cutting = adapt_to.map(|target_error| {
-            let means_lx = [job.direct.mean_lx, job.indirect.mean_lx];
-            Box::new(Cutting::begin(&job.elements, target_error, means_lx, job.direct.rays))
+        job.adapting.cutting = adapt_to.map(|target_error| {
+            let means_lx = [job.costs.direct.mean_lx, job.costs.indirect.mean_lx];
+            Box::new(Cutting::begin(&job.elements, target_error, means_lx, job.costs.direct.rays))
         });
         job
     }
@@ -244,16 +193,15 @@ impl Job {
         let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
+        let pilot_rays = direct.pilot_rays + indirect.pilot_rays + cutting_rays;
         Job {
-            adaptive,
-            pilot_rays: direct.pilot_rays + indirect.pilot_rays + cutting_rays,
+            adapting: AdaptingState { adaptive, ..AdaptingState::default() },
+            work: WorkDone { pilot_rays, ..WorkDone::default() },
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
-            direct,
-            indirect,
-            walked: indirect,
+            costs: Costs { direct, indirect, walked: indirect },
             share: DirectShare::of(direct, indirect, [entries; 2]),
             expectations,
-            local,
+            connecting: ConnectingState { plan: local, offered: None },
             ..Job::bare(context, kind, elements, (map, weights), bound, engine)
         }
     }
@@ -271,64 +219,40 @@ impl Job {
             name: kind.name(context.scene).to_owned(),
             kind,
             elements,
-            exposed: Vec::new(),
-            adaptive: None,
-            cutting: None,
-            broad: None,
+            adapting: AdaptingState::default(),
             map,
             weights,
             bound,
             met: false,
-            finest: false,
-            before_cut: None,
             samples: 0,
             next_judgement: 0,
-            rays: 0,
-            pilot_rays: 0,
-            direct_rays: 0,
-            offered: None,
-            given_up_rays: 0,
-            spending: Spending::default(),
-            slices: SliceSizes::default(),
+            work: WorkDone::default(),
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
-            history: History::default(),
-            checks: Vec::new(),
-            held_since: None,
-            refusals: 0,
-            refused: false,
+            looks: Looks::default(),
             engine,
             method_reason: String::new(),
             direct_variance: 0.0,
-            asks: None,
-            cell_goal: CellGoal::default(),
-            cell_growth: None,
-            plan_bounds: None,
-            judged_samples: 0,
-            seen: None,
-            scores_seen: f64::INFINITY,
-            direct: PartCost::default(),
-            indirect: PartCost::default(),
-            walked: PartCost::default(),
+            costs: Costs::default(),
             share: DirectShare::default(),
             expectations: ControlVariates::default(),
-            loss: Loss::default(),
-            guide: None,
-            local: None,
+            walking: WalkingState::default(),
+            gathering: GatheringState::default(),
+            connecting: ConnectingState::default(),
             black: !context.stage.reflects(),
         }
     }
 
     /// All rays so far, those of pilots too.
     pub fn all_rays(&self) -> u64 {
-        self.rays + self.pilot_rays
+        self.work.rays + self.work.pilot_rays
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
         let per_sample = match self.engine {
             Engine::Collision => 1,
-            Engine::Walk => self.map.len() as u64,
+            Engine::Walk => self.walking.allotment.of_all(self.map.len()),
             Engine::Gather => return self.ends.iter().map(Ends::packets).sum(),
             Engine::Local(_) => self.chains_per_round(),
         };
@@ -340,7 +264,7 @@ impl Job {
         let per_sample = match self.engine {
             Engine::Collision => REPLICAS as u64,
             Engine::Walk => (REPLICAS * self.map.len().max(1)) as u64,
-            Engine::Gather => return self.cell_goal.rays,
+            Engine::Gather => return self.gathering.goal.rays,
             Engine::Local(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
@@ -351,14 +275,14 @@ impl Job {
         match self.engine {
             _ if self.black => 1,
             Engine::Collision | Engine::Walk => first_look(self.engine),
-            Engine::Gather => self.cell_goal.rays,
+            Engine::Gather => self.gathering.goal.rays,
             Engine::Local(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }
     }
 
     /// Chains of a round of local estimation.
     fn chains_per_round(&self) -> u64 {
-        self.local.as_ref().map_or(1, |plan| plan.chains_per_round)
+        self.connecting.plan.as_ref().map_or(1, |plan| plan.chains_per_round)
     }
 
     /// Rays that one sample of all replicas takes, as the pilot counted them.
@@ -395,7 +319,7 @@ impl Job {
 
     fn passes_at(&self, samples: u64) -> u64 {
         if self.engine == Engine::Gather {
-            return self.cell_goal.direct;
+            return self.gathering.goal.direct;
         }
         if self.black {
             return samples;
@@ -410,24 +334,24 @@ impl Job {
     ///
     /// `sets` are the cells that rays ask; there are none where nothing does.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
-        let (activity, rays, started) = (self.next_activity(goal), self.rays, Instant::now());
-        context.pace.turn_to(&self.slices, activity);
+        let (activity, rays, started) = (self.next_activity(goal), self.work.rays, Instant::now());
+        context.pace.turn_to(&self.work.slices, activity);
         let arrived = self.do_a_slice(context, sets, goal);
         let took = started.elapsed();
-        self.spending.add(activity, self.rays - rays, took);
-        context.pace.note(&mut self.slices, activity, took);
+        self.work.spending.add(activity, self.work.rays - rays, took);
+        context.pace.note(&mut self.work.slices, activity, took);
         arrived
     }
 
     /// Rays of its next slice of work towards a goal, about.
     pub fn rays_of_next_slice(&self, context: &Context, goal: u64) -> f64 {
-        context.pace.rays_of_next(&self.slices, self.next_activity(goal))
+        context.pace.rays_of_next(&self.work.slices, self.next_activity(goal))
     }
 
     /// Rays a second of such work as is next towards a goal, if any of it was done.
     pub fn rays_per_s_of_next(&self, goal: u64) -> Option<f64> {
         let activity = self.next_activity(goal);
-        let (rays, seconds) = (self.spending.rays(activity), self.spending.seconds(activity));
+        let (rays, seconds) = (self.work.spending.rays(activity), self.work.spending.seconds(activity));
         (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds)
     }
 
@@ -468,7 +392,7 @@ impl Job {
         let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
         let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
-        let rays = match (self.kind, &mut self.adaptive) {
+        let rays = match (self.kind, &mut self.adapting.adaptive) {
             (MapKind::Elements, Some(adaptive)) => {
                 sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
             }
@@ -477,8 +401,8 @@ impl Job {
                 sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
             }
         };
-        self.rays += rays;
-        self.direct_rays += rays;
+        self.work.rays += rays;
+        self.work.direct_rays += rays;
         self.map.direct_samples = after_sweep(entries, times, self.map.len());
     }
 
@@ -489,11 +413,11 @@ impl Job {
         let until = goal.min(done + (context.pace.rays_per_slice() / rays_per_sample).ceil() as u64);
         match self.kind {
             MapKind::Elements => self.chains_until(context, until, Deposits::IndirectOnly),
-            MapKind::Receivers(set) if self.local.is_some() => {
-                if let Some(plan) = &self.local
+            MapKind::Receivers(set) if self.connecting.plan.is_some() => {
+                if let Some(plan) = &self.connecting.plan
                     && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
                 {
-                    self.rays += rays;
+                    self.work.rays += rays;
                     self.map.indirect_samples.complete = until;
                 }
             }
@@ -506,20 +430,20 @@ impl Job {
 
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
-        self.judged_samples = self.samples;
+        self.looks.judged_samples = self.samples;
         self.direct_variance = self.map.direct_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
-        if let Some(adaptive) = &self.adaptive {
-            let broad = self.broad.as_ref();
-            self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
-            let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
+        if let Some(adaptive) = &self.adapting.adaptive {
+            let broad = self.adapting.broad.as_ref();
+            self.adapting.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
+            let lost_lx2 = self.adapting.loss.mean_lx2.max(0.0) + self.adapting.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
         self.learn_directions();
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gather {
             // Cells know more at every look: its samples are not those of the look before and some more.
-            self.history.clear();
+            self.looks.history.clear();
         }
         self.see(self.judgement);
         self.note_judgement();
@@ -540,7 +464,7 @@ impl Job {
             Engine::Gather => self.samples * self.gathered().len() as u64 * REPLICAS as u64,
             _ => self.chains(),
         };
-        self.judged_samples > 0
+        self.looks.judged_samples > 0
             && self.judgement.dark
             && (self.black || looked as f64 * target_error > CHAINS_FOR_DARKNESS)
     }
@@ -549,9 +473,9 @@ impl Job {
 impl Job {
     /// Starts a new history: the map begins anew.
     fn forget_looks(&mut self) {
-        self.history.clear();
-        self.held_since = None;
-        self.seen = None;
+        self.looks.history.clear();
+        self.looks.held_since = None;
+        self.looks.seen = None;
     }
 }
 

@@ -240,7 +240,7 @@ impl MergedMap {
         for (all, ends) in self.job.ends.iter_mut().zip(share.ends) {
             *all += ends;
         }
-        self.job.rays += share.rays;
+        self.job.work.rays += share.rays;
         self.chains += share.chains;
     }
 

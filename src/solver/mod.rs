@@ -1,6 +1,7 @@
 //! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
 
 mod adapt;
+mod allotment;
 mod broad;
 mod cells;
 mod choice;

@@ -153,8 +153,8 @@ pub(super) fn solve_as(
     let compute_s = kept_s + started.elapsed().as_secs_f64() - build_s;
     let Run { mut jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
-        spending += job.spending;
-        spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
+        spending += job.work.spending;
+        spending.add(Activity::Pilots, job.work.pilot_rays, Duration::ZERO);
     }
     let begun_wall_s = clock.begun_wall_s();
     let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
@@ -306,7 +306,7 @@ impl Run<'_> {
             if choice::settle(self.context, job, by_cells, target) {
                 job.start_asking(self.context, error, self.settings.chains);
             } else {
-                job.broad = None;
+                job.adapting.broad = None;
             }
         }
         let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
@@ -397,7 +397,7 @@ impl Run<'_> {
         }
         let refinement = job.refine_elements(self.context);
         if refinement == Refinement::None {
-            job.finest = job.is_finest();
+            job.adapting.finest = job.is_finest();
             return false;
         }
         job.next_judgement = job.samples.max(job.first_samples());
@@ -445,9 +445,9 @@ impl Run<'_> {
         let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.met = accepted && job.passes_checks(self.target_error);
         let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
-        job.refused = without_mean || (accepted && !job.met);
-        job.refusals += u64::from(job.refused);
-        job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
+        job.looks.refused = without_mean || (accepted && !job.met);
+        job.looks.refusals += u64::from(job.looks.refused);
+        job.next_judgement = if job.looks.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         let bound = job.bound;
         let is_refined = self.refine_elements(index);
         if !is_refined {
@@ -458,7 +458,12 @@ impl Run<'_> {
             (is_refined, self.target_error, self.settings.chains, self.settings.method)
         {
             let piloted = Instant::now();
-            choice::reconsider(self.context, &mut self.jobs[index], target);
+            let affordable_rays = self.affordable_rays();
+            let job = &mut self.jobs[index];
+            choice::reconsider(self.context, job, target);
+            if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
+                job.share_out_walks(self.context, needed);
+            }
             self.spending.add(Activity::Pilots, 0, piloted.elapsed());
         }
         self.note(index);

@@ -38,7 +38,10 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     // Chains find every path; walks must not replace them where they miss some.
     let misses_paths = !context.stage.paths_not_found.is_empty();
     // Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
-    if job.kind != MapKind::Elements || job.adaptive.is_some() || job.map.indirect_samples.complete == 0 || misses_paths
+    if job.kind != MapKind::Elements
+        || job.adapting.adaptive.is_some()
+        || job.map.indirect_samples.complete == 0
+        || misses_paths
     {
         return 0;
     }
@@ -59,7 +62,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         return 0;
     }
     job.look_for_cover(context);
-    let exposed = &job.exposed[..];
+    let exposed = &job.adapting.exposed[..];
     let probes: Vec<u32> = longer.iter().step_by(count.div_ceil(PROBES)).copied().collect();
     let mut cut = Cut::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
@@ -72,7 +75,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         probe_rays += walk_from_cell(context, (*cell, exposed[*cell as usize]), 0, &mut cut, &mut stream).1;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
-    let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
+    let budget = (RAY_SHARE * job.work.rays as f64).max(RAYS_IN_ANY_CASE);
     let walks = ((budget / (rays_per_walk * count as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
     if walks == 0 {
         // In a scene of very many elements the walks would outweigh the run: their counts must do.
@@ -100,8 +103,8 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         })
         .collect();
     let rays = walked.iter().map(|(_, rays)| rays).sum::<u64>();
-    job.rays += rays;
-    job.spending.add(Activity::Walks, rays, started.elapsed());
+    job.work.rays += rays;
+    job.work.spending.add(Activity::Walks, rays, started.elapsed());
     // A limit that has passed for long leaves some elements without walks: the counts of all must do, lest replicas differ.
     if walked.iter().enumerate().any(|(replica, (means_lx, _))| means_lx.len() < sparse[replica % 2].len()) {
         return 0;

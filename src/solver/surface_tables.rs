@@ -29,13 +29,13 @@ struct SurfaceSide {
 /// A row for every side of every surface.
 pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     let sides = surface_sides(context, job);
-    let discretisation_lx: Vec<f64> = match &job.adaptive {
+    let discretisation_lx: Vec<f64> = match &job.adapting.adaptive {
         Some(_) => job.discretisation_lx(),
         None => Vec::new(),
     };
     let rare_scores = job.map.rare_scores();
     // Elements that adapt are told without what is covered; the others are means over it too.
-    let exposed = if job.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
+    let exposed = if job.adapting.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
     let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
     let left_lx = averages_left_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
     let row = |(of, average_left_lx): (SurfaceSide, Option<f64>)| {
@@ -64,7 +64,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
             average_left_lx,
         };
         let mut row = table_row(&job.map, &subject);
-        if job.adaptive.is_some() {
+        if job.adapting.adaptive.is_some() {
             row.estimated_error = job.error_of_elements(&of.entries);
             let (scene, elements) = (context.scene, &job.elements);
             let whole_m2 =
@@ -86,7 +86,7 @@ fn averages_left_lx<'a>(
     let gathered = job.gathered();
     let known = gathered.residuals.as_ref().filter(|residuals| residuals.walks > 0).zip(gathered.cells_error.as_ref());
     let Some((residuals, error)) = known else { return vec![None; rows.len()] };
-    let of_row = |entries: &[usize]| match &job.broad {
+    let of_row = |entries: &[usize]| match &job.adapting.broad {
         Some(broad) => {
             let sites: BTreeSet<usize> = entries.iter().map(|entry| broad.pieces[*entry].above as usize).collect();
             AverageLeft::of(residuals, error, sites.into_iter().map(|site| (site, broad.weights[site])))
@@ -112,11 +112,11 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
             if entries.is_empty() {
                 continue;
             }
-            let share = |element: u32| match &job.adaptive {
+            let share = |element: u32| match &job.adapting.adaptive {
                 Some(adaptive) => (adaptive.exposed[element as usize], 1.0),
                 None => (1.0, 1.0),
             };
-            let sizes = if job.adaptive.is_some() { ElementSizes::Any } else { ElementSizes::Fine };
+            let sizes = if job.adapting.adaptive.is_some() { ElementSizes::Any } else { ElementSizes::Fine };
             let grid = evaluation_grid(scene, elements, surface, side, share, sizes);
             sides.push(SurfaceSide { surface, side, entries, grid });
         }
@@ -128,8 +128,8 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
 /// rays: then where a grid asks for it, and elsewhere elements that are wholly covered leave the average. Where the run has ended, by a limit
 /// say, one place of an element tells, and that for grids alone: else what stands on a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
-    if !job.exposed.is_empty() {
-        return job.exposed.clone();
+    if !job.adapting.exposed.is_empty() {
+        return job.adapting.exposed.clone();
     }
     let mut is_asked_for = vec![false; job.elements.len()];
     for of in sides.iter().filter(|of| of.grid.is_some()) {
@@ -153,7 +153,7 @@ fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
             part.area_m2 *= share;
             part.scale = if *share > 0.0 { 1.0 / share } else { 0.0 };
         }
-        if job.adaptive.as_ref().is_some_and(|adaptive| !adaptive.sloped[element]) {
+        if job.adapting.adaptive.as_ref().is_some_and(|adaptive| !adaptive.sloped[element]) {
             part.at = CENTROID;
         }
     }
@@ -168,7 +168,7 @@ fn slopes_of_given(
     exposed: &[f64],
     grid: &EvaluationGrid,
 ) -> Vec<CellSlopes> {
-    if job.adaptive.is_some() {
+    if job.adapting.adaptive.is_some() {
         return Vec::new();
     }
     let half_lx = |entry: usize, first: usize| {

@@ -8,6 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::adapt::{Adaptive, add_direct};
+use super::allotment::Allotment;
 use super::guide::Guide;
 use super::job::{Context, Ends};
 use crate::estimators::control_variate::ControlVariates;
@@ -301,15 +302,25 @@ pub fn direct_at_points(
     rays
 }
 
-/// Walks from a range of points, their first directions by a guide, if there is one, which learns what they bring; returns the rays
-/// traced.
+/// Walks that start from the points of a set.
+pub struct PointWalks<'a> {
+    /// The receiver set.
+    pub set: usize,
+    /// Number of the streams: walks that begin anew draw anew.
+    pub number: u32,
+    /// How many a point takes in a pass.
+    pub allotment: &'a Allotment,
+}
+
+/// Passes of walks from a range of points, their first directions by a guide, if there is one, which learns what they bring; returns the
+/// rays traced. A pass scores the mean of a point's walks.
 pub fn walks_from_points(
     context: &Context,
-    set: usize,
+    PointWalks { set, number, allotment }: PointWalks,
     map: &mut ReplicaMap,
     guide: Option<&mut Guide>,
     points: Range<usize>,
-    walks: Range<u64>,
+    passes: Range<u64>,
 ) -> u64 {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let receivers = &context.scene.receivers[set].points;
@@ -329,9 +340,8 @@ pub fn walks_from_points(
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut cut = Cut::default();
-        let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
-        let count = sums.len() * (walks.end - walks.start) as usize;
-        let mut first_rays = Vec::with_capacity(if guided.is_some() { count } else { 0 });
+        let mut stream = Stream::new(context.seed, Purpose::Walks, number, replica as u32);
+        let mut first_rays = Vec::new();
         for (offset, sum_lx) in sums.iter_mut().enumerate() {
             let (entry, point) = (first + offset, &receivers[first + offset]);
             if point.inside {
@@ -339,21 +349,26 @@ pub fn walks_from_points(
             }
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+            let density = guided.and_then(|guide| guide.density_at(entry));
             let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
-            for number in walks.clone() {
-                stream.seek_quasi(stream_index(entry, number), entry as u64, number);
-                let (lx, sample_rays) = match guided {
-                    Some(guide) => {
-                        let density = guide.density_at(entry);
+            let walks = allotment.of(entry);
+            for pass in passes.clone() {
+                let mut found_lx = 0.0;
+                for walk in pass * walks..(pass + 1) * walks {
+                    stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
+                    let (lx, walk_rays) = if guided.is_some() {
                         let (lx, ray, rays) = sample_guided_lx(stage, &receiver, density, &mut cut, &mut stream);
                         first_rays.push((entry as u32, ray));
                         (lx, rays)
-                    }
-                    None => sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream),
-                };
+                    } else {
+                        sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream)
+                    };
+                    found_lx += lx;
+                    rays += walk_rays;
+                }
+                let lx = found_lx / walks as f64;
                 *sum_lx += lx;
                 entry_scores.add(lx);
-                rays += sample_rays;
             }
         }
         ((rays, scores), first_rays)

@@ -15,3 +15,4 @@ mod maps_of_known_rooms;
 mod materials;
 mod radiosity;
 mod surface_tables;
+mod uneven_sets;

@@ -106,7 +106,7 @@ impl Job {
     pub fn prepare_asking(&mut self, context: &Context, error: f64) {
         // Before elements are cut nothing is known to cover them: so much is enough for a forecast.
         let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
-        let adapts_to = match &self.adaptive {
+        let adapts_to = match &self.adapting.adaptive {
             Some(adaptive) => Some((adaptive.target_error(), &adaptive.exposed)),
             None => self.is_to_be_cut().then_some((context.target_error, &uncovered)),
         };
@@ -114,31 +114,32 @@ impl Job {
             let elements = (BROAD_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_BROAD);
             let edge_m = (2.0 * context.stage.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
-            self.broad = Some(Broad::first(context, &self.elements, exposed, edges_m, self.indirect.mean_lx));
+            self.adapting.broad =
+                Some(Broad::first(context, &self.elements, exposed, edges_m, self.costs.indirect.mean_lx));
         }
         if self.kind == MapKind::Elements {
-            let broad = self.broad.as_ref();
+            let broad = self.adapting.broad.as_ref();
             let (elements, exposed) =
                 broad.map_or((&self.elements, &[][..]), |broad| (&broad.elements, &broad.exposed));
             let numbers = numbers_per_site(self.gathered_weights(), self.gathered().len());
-            self.walked = walk_cost_in_elements(context, elements, exposed).times(numbers);
-            self.pilot_rays += self.walked.pilot_rays;
+            self.costs.walked = walk_cost_in_elements(context, elements, exposed).times(numbers);
+            self.work.pilot_rays += self.costs.walked.pilot_rays;
         }
     }
 
     /// Rays of a walk, as the pilot counted them.
     pub fn rays_of_a_walk(&self) -> f64 {
-        self.walked.rays
+        self.costs.walked.rays
     }
 
     /// What holds its indirect light: its own map, or that of broader elements.
     pub fn gathered(&self) -> &ReplicaMap {
-        self.broad.as_ref().map_or(&self.map, |broad| &broad.map)
+        self.adapting.broad.as_ref().map_or(&self.map, |broad| &broad.map)
     }
 
     /// Areas or weights of all entries of [`Job::gathered`].
     fn gathered_weights(&self) -> &[f64] {
-        self.broad.as_ref().map_or(&self.weights, |broad| &broad.weights)
+        self.adapting.broad.as_ref().map_or(&self.weights, |broad| &broad.weights)
     }
 
     /// Work by cells to an error, in rays, by what the pilot measured of walks.
@@ -149,12 +150,12 @@ impl Job {
     pub fn work_by_cells(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let entries = self.gathered().len() as f64;
-        let of_one = self.walked.variance / (error_lx * error_lx);
-        let walks = WALKS_OF_AN_ENTRY * self.walked.rays * (2.0 * entries).sqrt();
+        let of_one = self.costs.walked.variance / (error_lx * error_lx);
+        let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
         let looks_out = context.stage.would_learn_selection_by_cell(rays);
-        let choosing = if looks_out { 0.0 } else { self.walked.choosing / self.walked.rays.max(1.0) };
+        let choosing = if looks_out { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // Where a look is cheap beside walks it is taken: it tells more than the pilot of walks can.
         let without = self.work_without_gathering(context, error_lx);
@@ -166,13 +167,16 @@ impl Job {
         let first = self.first_goal(error);
         let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
         let asked = first.rays as f64 * self.gathered().len() as f64;
-        let walked = (first.walks * self.first_walkers() as u64) as f64 * self.walked.rays;
+        let walked = (first.walks * self.first_walkers() as u64) as f64 * self.costs.walked.rays;
         filled + REPLICAS as f64 * (asked + walked)
     }
 
     /// Rays that asking cells still takes by the latest plan; `None` where there is none yet.
     pub fn rays_to_ask(&self) -> Option<f64> {
-        self.cell_growth.as_ref().map(|(growth, planned_at)| (growth.rays - (self.rays - planned_at) as f64).max(0.0))
+        self.gathering
+            .growth
+            .as_ref()
+            .map(|(growth, planned_at)| (growth.rays - (self.work.rays - planned_at) as f64).max(0.0))
     }
 
     /// The same as work, to be held against that of other ways.
@@ -190,7 +194,7 @@ impl Job {
 
     /// Entries that walk before the first look.
     fn first_walkers(&self) -> usize {
-        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.walked.rays.max(1.0));
+        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.costs.walked.rays.max(1.0));
         affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.gathered().len() as f64) as usize
     }
 
@@ -198,7 +202,7 @@ impl Job {
     pub fn start_asking(&mut self, context: &Context, error: f64, chains: Option<u64>) {
         let mean_lx = self.mean_without_gathering_lx();
         let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
-        let direct = (self.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
+        let direct = (self.costs.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
         let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
         let mut goal = self.first_goal(error);
         if let Some(chains) = chains {
@@ -206,7 +210,7 @@ impl Job {
             let rays = chains.div_ceil(REPLICAS as u64 * entries).max(1);
             goal = CellGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
         }
-        self.cell_goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
+        self.gathering.goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
         self.engine = Engine::Gather;
         self.begin_asks(context);
     }
@@ -214,36 +218,38 @@ impl Job {
     /// Begins anew on the elements that there are now; cells stay.
     pub fn begin_asks(&mut self, context: &Context) {
         self.map.indirect_unit_lx = Unit::Lux;
-        if let (Some(broad), Some(adaptive)) = (&self.broad, &mut self.adaptive) {
+        if let (Some(broad), Some(adaptive)) = (&self.adapting.broad, &mut self.adapting.adaptive) {
             adaptive.stand_on(broad);
             self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         }
         self.look_for_cover(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
-        let asker = asker_of(context, self.kind, (&self.elements, &self.exposed), self.broad.as_ref());
+        let asker =
+            asker_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
         let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
         let regions = regions_of(&places);
-        self.asks = Some(match &self.asks {
+        self.gathering.asks = Some(match &self.gathering.asks {
             Some(asks) => asks.anew(&asker, &regions, walkers),
             None => CellAsks::new(&asker, &regions, walkers),
         });
-        let map = self.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
+        let map = self.adapting.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
     /// A slice on the way to the goal; whether it is there.
     pub(super) fn ask_cells(&mut self, context: &Context, sets: &mut CellSets) -> bool {
-        let goal = self.cell_goal;
+        let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
-        let asker = asker_of(context, self.kind, (&self.elements, &self.exposed), self.broad.as_ref());
-        let Some(asks) = &mut self.asks else {
+        let asker =
+            asker_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
+        let Some(asks) = &mut self.gathering.asks else {
             return true;
         };
         let most_rays = context.pace.rays_per_slice();
         let per_replica = |rays: f64| (most_rays / (rays * REPLICAS as f64)) as u64;
         let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(entries);
         sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
-        self.rays += match next_of(asks, &goal) {
+        self.work.rays += match next_of(asks, &goal) {
             Some(Activity::Cells) => asks.fill(&asker, sets, goal.fills, (most_rays / (2.0 * RAYS_OF_A_FILL)) as u64),
             Some(Activity::Gathering) => asks.ask(&asker, sets, goal.rays, per_replica(1.0)),
             Some(_) => asks.walk(&asker, sets, goal.walks, per_replica(RAYS_OF_A_WALK)),
@@ -254,45 +260,45 @@ impl Job {
 
     /// Bytes of what it has asked cells.
     pub fn bytes_of_asking(&self) -> usize {
-        self.asks.as_ref().map_or(0, CellAsks::bytes)
+        self.gathering.asks.as_ref().map_or(0, CellAsks::bytes)
     }
 
     /// What the next slice of a map that asks cells is about.
     pub(super) fn next_of_gathering(&self) -> Activity {
-        let next = self.asks.as_ref().and_then(|asks| next_of(asks, &self.cell_goal));
+        let next = self.gathering.asks.as_ref().and_then(|asks| next_of(asks, &self.gathering.goal));
         next.unwrap_or(Activity::Gathering)
     }
 
     /// Whether walks have passed over those entries at least once that are to walk, so that the map's bias is known.
     pub fn knows_its_bias(&self) -> bool {
-        self.asks.as_ref().is_none_or(|asks| asks.passes() > 0 && asks.knows_its_bias())
+        self.gathering.asks.as_ref().is_none_or(|asks| asks.passes() > 0 && asks.knows_its_bias())
     }
 
     /// Goes over to walks or counting; direct light stays as far as it is.
     pub fn stop_asking(&mut self, context: &Context) {
-        (self.asks, self.cell_growth, self.broad) = (None, None, None);
+        (self.gathering.asks, self.gathering.growth, self.adapting.broad) = (None, None, None);
         self.map.forget_gathered();
         self.map.forget_indirect_scores();
         if self.kind == MapKind::Elements {
-            let shows = self.adaptive.as_ref().map(Adaptive::shows);
+            let shows = self.adapting.adaptive.as_ref().map(Adaptive::shows);
             self.map.indirect_unit_lx = element_map(context, &self.elements, shows).0.indirect_unit_lx;
         }
-        if let Some(adaptive) = &mut self.adaptive {
+        if let Some(adaptive) = &mut self.adapting.adaptive {
             adaptive.detail.restart_indirect();
         }
         self.forget_looks();
         self.give_up_samples();
         self.engine = Engine::unbiased(context.scene, self.kind, Method::Auto);
-        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
+        self.share = DirectShare::of(self.costs.direct, self.costs.indirect, [self.map.len(); 2]);
         self.samples = 0;
     }
 
     /// Sums up what cells told, to be judged and read.
     pub fn settle_cells(&mut self, sets: Option<&mut CellSets>) {
-        let (Some(sets), Some(asks)) = (sets, &mut self.asks) else {
+        let (Some(sets), Some(asks)) = (sets, &mut self.gathering.asks) else {
             return;
         };
-        match (&mut self.broad, &mut self.adaptive) {
+        match (&mut self.adapting.broad, &mut self.adapting.adaptive) {
             (Some(broad), Some(adaptive)) => {
                 asks.settle(sets, &mut broad.map, &broad.weights, Some(&mut broad.shape));
                 self.map.take_indirect(&broad.map, &broad.sloped, &broad.pieces);
@@ -305,7 +311,7 @@ impl Job {
 
     /// What the latest look has shown of a map that asks cells.
     pub(super) fn cell_parts(&self) -> Option<CellParts> {
-        let asks = self.asks.as_ref()?;
+        let asks = self.gathering.asks.as_ref()?;
         let residuals = self.gathered().residuals.as_ref()?.state();
         let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
@@ -313,7 +319,7 @@ impl Job {
         let [rays, fills, walks] = asks.rays.map(|rays| rays as f64);
         Some(CellParts {
             squared_lx2: [direct_lx2, rays_lx2, walks_lx2],
-            rays: [(self.direct_rays as f64).max(1.0), rays, fills, walks],
+            rays: [(self.work.direct_rays as f64).max(1.0), rays, fills, walks],
             residuals,
             degrees_of_freedom: self.judgement.degrees_of_freedom,
         })
@@ -325,15 +331,15 @@ impl Job {
         let Some(parts) = self.cell_parts() else {
             return;
         };
-        let growth = match target.filter(|_| !self.refused && self.judgement.mean_lx > 0.0) {
+        let growth = match target.filter(|_| !self.looks.refused && self.judgement.mean_lx > 0.0) {
             // What elements cannot show takes its part of the target.
             Some(target) => {
                 let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
                 let chance_lx = share.sqrt() * target * self.judgement.mean_lx;
-                self.plan_bounds = Some(parts.bounds(chance_lx));
+                self.gathering.bounds = Some(parts.bounds(chance_lx));
                 parts.growth(chance_lx)
             }
-            None if self.refused => {
+            None if self.looks.refused => {
                 let [of_direct, of_rays] = self.score_parts().map(|part| part.fourth);
                 let few = usize::from(of_rays > of_direct);
                 let mut factors = [1.0; KINDS];
@@ -342,17 +348,17 @@ impl Job {
             }
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };
-        self.cell_growth = Some((growth, self.rays));
+        self.gathering.growth = Some((growth, self.work.rays));
         let more = |now: u64, factor: f64| {
             let factor = factor.min(MOST_GROWTH);
             if factor < LEAST_GROWTH { now } else { ((now as f64 * factor).ceil() as u64).max(now + 1) }
         };
         if growth.all_walk
-            && let Some(asks) = &mut self.asks
+            && let Some(asks) = &mut self.gathering.asks
         {
             asks.walk_from_all();
         }
-        let now = self.cell_goal;
+        let now = self.gathering.goal;
         let [direct, rays, fills, walks] = growth.factors;
         let goal = CellGoal {
             direct: more(now.direct, direct),
@@ -362,7 +368,7 @@ impl Job {
         };
         // Where the prediction was met and the judgement was not, a little more of everything.
         let eighth = |now: u64| now + now.div_ceil(8);
-        self.cell_goal = if goal == now {
+        self.gathering.goal = if goal == now {
             CellGoal {
                 direct: eighth(now.direct),
                 fills: eighth(now.fills),
@@ -372,6 +378,6 @@ impl Job {
         } else {
             goal
         };
-        self.next_judgement = self.cell_goal.rays;
+        self.next_judgement = self.gathering.goal.rays;
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE, Tally};
+use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE};
 use crate::maps::REPLICAS;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
@@ -43,26 +43,21 @@ impl Job {
 
     /// Takes local estimation instead of walks; nothing of the map has been done yet.
     pub fn start_connecting(&mut self, plan: LocalPlan) {
-        self.share = DirectShare::of(self.direct, plan.cost(&self.weights), [self.map.len(); 2]);
+        self.share = DirectShare::of(self.costs.direct, plan.cost(&self.weights), [self.map.len(); 2]);
         self.engine = Engine::Local(Kernel::Bounded);
-        self.local = Some(plan);
+        self.connecting.plan = Some(plan);
     }
 
     /// Goes back to walks; direct light stays as far as it is.
     pub fn stop_connecting(&mut self) {
-        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.map.indirect_samples = Tally::default();
-        self.map.forget_indirect_scores();
-        self.forget_looks();
-        self.local = None;
+        self.begin_walks_anew();
+        self.connecting.plan = None;
         self.engine = Engine::Walk;
-        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
-        self.samples = 0;
-        self.give_up_samples();
+        self.share = DirectShare::of(self.costs.direct, self.costs.indirect, [self.map.len(); 2]);
     }
 
     /// Whether it goes by local estimation.
     pub fn connects(&self) -> bool {
-        self.local.is_some()
+        self.connecting.plan.is_some()
     }
 }

@@ -10,9 +10,10 @@ use crate::solver::sweep::{self, Deposits};
 impl Job {
     pub(super) fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
         let chains = self.map.indirect_samples.complete..until;
-        let traced = sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
+        let traced =
+            sweep::chains(context, &self.elements, &mut self.map, self.adapting.adaptive.as_mut(), chains, deposits);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
-            self.rays += rays;
+            self.work.rays += rays;
             self.ends[replica] += ends;
         }
         self.map.indirect_samples.complete = until;
@@ -21,34 +22,34 @@ impl Job {
     /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
     /// than there is. What it had of that pass is dropped. Not more than about so many seconds, or one slice of chains.
     pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64, most_s: f64) {
-        let (rays, started) = (self.rays, Instant::now());
+        let (rays, started) = (self.work.rays, Instant::now());
         self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
         let goal = chains_per_replica.max(1);
         while self.map.indirect_samples.complete < goal {
             let slice_started = Instant::now();
-            let slice = context.pace.rays_of_next(&self.slices, Activity::Chains) / self.rays_per_sample();
+            let slice = context.pace.rays_of_next(&self.work.slices, Activity::Chains) / self.rays_per_sample();
             let until = goal.min(self.map.indirect_samples.complete + slice.ceil() as u64);
             self.chains_until(context, until, Deposits::DirectToo);
-            context.pace.note(&mut self.slices, Activity::Chains, slice_started.elapsed());
+            context.pace.note(&mut self.work.slices, Activity::Chains, slice_started.elapsed());
             if started.elapsed().as_secs_f64() > most_s {
                 break;
             }
         }
         self.map.direct_samples = self.map.indirect_samples;
         self.samples = self.map.indirect_samples.complete;
-        self.spending.add(Activity::Chains, self.rays - rays, started.elapsed());
+        self.work.spending.add(Activity::Chains, self.work.rays - rays, started.elapsed());
     }
 
     /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
     pub fn balance_flux(&mut self, context: &Context) {
-        if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.asks.is_none() {
+        if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.gathering.asks.is_none() {
             return;
         }
         let started = Instant::now();
         let traced = sweep::ends_of_chains(context, CHAINS_OF_BALANCE);
         let rays = traced.iter().map(|(rays, _)| rays).sum();
-        self.rays += rays;
+        self.work.rays += rays;
         self.ends = std::array::from_fn(|replica| traced[replica].1);
-        self.spending.add(Activity::Chains, rays, started.elapsed());
+        self.work.spending.add(Activity::Chains, rays, started.elapsed());
     }
 }

@@ -22,13 +22,13 @@ impl Job {
     ///
     /// What gathers is to be started by its plan then, where its elements are new.
     pub fn refine_elements(&mut self, context: &Context) -> Refinement {
-        let refined = self.adaptive.as_ref().and_then(|adaptive| {
-            let direct = self.direct_rays as f64;
+        let refined = self.adapting.adaptive.as_ref().and_then(|adaptive| {
+            let direct = self.work.direct_rays as f64;
             let looked = Looked {
                 elements: &self.elements,
                 map: &self.map,
-                broad: self.broad.as_ref(),
-                loss: &self.loss,
+                broad: self.adapting.broad.as_ref(),
+                loss: &self.adapting.loss,
                 mean_lx: self.judgement.mean_lx,
                 spent: Spent { direct, gathered: self.kept_rays() as f64 - direct },
             };
@@ -37,20 +37,22 @@ impl Job {
         let Some(Refined { elements, broad }) = refined else {
             return Refinement::None;
         };
-        self.before_cut = self.before_cut(context);
+        self.adapting.before_cut = self.before_cut(context);
         self.forget_looks();
-        let found = if broad.is_some() || self.broad.is_none() { Refinement::Anew } else { Refinement::OfDirect };
+        let found =
+            if broad.is_some() || self.adapting.broad.is_none() { Refinement::Anew } else { Refinement::OfDirect };
         if let Some(broad) = broad {
-            self.broad = Some(broad);
+            self.adapting.broad = Some(broad);
         }
         if let Some((elements, adaptive)) = elements {
-            self.pilot_rays += adaptive.pilot_rays;
-            self.direct_rays = 0;
+            self.work.pilot_rays += adaptive.pilot_rays;
+            self.work.direct_rays = 0;
             (self.map, self.weights) = element_map(context, &elements, Some(adaptive.shows()));
-            (self.elements, self.adaptive) = (elements, Some(adaptive));
+            (self.elements, self.adapting.adaptive) = (elements, Some(adaptive));
             let numbers = self.numbers_per_site();
-            self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
-            self.indirect = indirect_cost(context, self.kind, &self.elements, None).times(numbers);
+            self.costs.direct =
+                direct_cost(context, self.kind, &self.elements, self.adapting.adaptive.as_ref()).0.times(numbers);
+            self.costs.indirect = indirect_cost(context, self.kind, &self.elements, None).times(numbers);
         }
         let found = match found {
             Refinement::OfDirect => self.keep_gathered(context),
@@ -59,7 +61,7 @@ impl Job {
         if found == Refinement::OfDirect {
             return found;
         }
-        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
+        self.share = DirectShare::of(self.costs.direct, self.costs.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.give_up_samples();
         if self.engine == Engine::Gather {
@@ -70,44 +72,44 @@ impl Job {
 
     /// Whether its elements are still to be cut before the run.
     pub fn is_to_be_cut(&self) -> bool {
-        self.cutting.is_some()
+        self.adapting.cutting.is_some()
     }
 
     /// Rays to the end of what is known of that, about.
     pub(super) fn rays_to_cut(&self, context: &Context) -> f64 {
-        self.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left(context))
+        self.adapting.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left(context))
     }
 
     /// Goes on with cutting by about so many rays; whether there is more to do. With the end of it the job begins anew on
     /// finer elements, and its rays so far are those of a pilot.
     pub fn cut_on(&mut self, context: &Context, rays: f64) -> bool {
-        let Some(mut cutting) = self.cutting.take() else {
+        let Some(mut cutting) = self.adapting.cutting.take() else {
             return false;
         };
         let before = cutting.rays();
         let has_more = cutting.advance(context, rays);
-        self.pilot_rays += cutting.rays() - before;
+        self.work.pilot_rays += cutting.rays() - before;
         if has_more {
-            self.cutting = Some(cutting);
+            self.adapting.cutting = Some(cutting);
             return true;
         }
-        let pilot_rays = self.pilot_rays - cutting.rays();
+        let pilot_rays = self.work.pilot_rays - cutting.rays();
         // Two maps at a time may not fit into memory.
-        (self.map, self.broad) = (ReplicaMap::new(0, Unit::Lux), None);
+        (self.map, self.adapting.broad) = (ReplicaMap::new(0, Unit::Lux), None);
         let (elements, adaptive) = cutting.end(context);
         let (map, weights) = element_map(context, &elements, Some(adaptive.shows()));
         *self = Job::new(context, self.kind, elements, Some(adaptive), map, weights, self.bound);
-        self.pilot_rays += pilot_rays;
+        self.work.pilot_rays += pilot_rays;
         false
     }
 
     /// Finds out how much of each element as given is exposed, before walks or rays start from them.
     pub fn look_for_cover(&mut self, context: &Context) {
-        if self.kind == MapKind::Elements && self.adaptive.is_none() && self.exposed.is_empty() {
+        if self.kind == MapKind::Elements && self.adapting.adaptive.is_none() && self.adapting.exposed.is_empty() {
             let (exposed, rays) =
                 exposed_shares(context, &self.elements, 0..self.elements.len(), |_| Exposure::Unknown);
-            self.exposed = exposed;
-            self.pilot_rays += rays;
+            self.adapting.exposed = exposed;
+            self.work.pilot_rays += rays;
         }
     }
 
@@ -122,7 +124,7 @@ impl Job {
 
     /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
     fn keep_gathered(&mut self, context: &Context) -> Refinement {
-        let (Some(broad), Some(adaptive)) = (&mut self.broad, &mut self.adaptive) else {
+        let (Some(broad), Some(adaptive)) = (&mut self.adapting.broad, &mut self.adapting.adaptive) else {
             return Refinement::Anew;
         };
         if !broad.lay_under(context, &self.elements, &adaptive.exposed) {
@@ -142,7 +144,9 @@ impl Job {
             .flat_map(|number| sites.iter().map(move |site| number * sites_of_map + site));
         let judgement = judge(&self.map, numbers.map(|entry| (entry, self.weights[entry])));
         let area_m2: f64 = sites.iter().map(|site| self.weights[*site]).sum();
-        let lost = sites.iter().map(|site| self.weights[*site] * self.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
+        let lost = sites
+            .iter()
+            .map(|site| self.weights[*site] * self.adapting.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
         let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
         let discretisation = if judgement.mean_lx > 0.0 { lost_lx2.sqrt() / judgement.mean_lx } else { 0.0 };
         judgement.halves_error.hypot(discretisation)
@@ -153,15 +157,15 @@ impl Job {
         if self.kind == MapKind::Elements {
             self.elements.take_numbering(of_scene);
         }
-        if let Some(broad) = &mut self.broad {
+        if let Some(broad) = &mut self.adapting.broad {
             broad.elements.take_numbering(of_scene);
         }
     }
 
     /// Whether its elements lose more than the target allows and can be cut no further.
     pub fn is_finest(&self) -> bool {
-        let adaptive = self.adaptive.as_ref().filter(|_| !self.met && self.judged_samples > 0);
-        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.loss, self.judgement.mean_lx))
+        let adaptive = self.adapting.adaptive.as_ref().filter(|_| !self.met && self.looks.judged_samples > 0);
+        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.adapting.loss, self.judgement.mean_lx))
     }
 
     /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.
@@ -176,23 +180,23 @@ impl Job {
 
     /// Rays of indirect light so far are in no sample of the map any more; those of direct light stay.
     pub(super) fn give_up_samples(&mut self) {
-        self.given_up_rays = self.rays - self.direct_rays;
+        self.work.given_up_rays = self.work.rays - self.work.direct_rays;
     }
 
     /// Rays of the samples that are in the map.
     pub fn kept_rays(&self) -> u64 {
-        self.rays - self.given_up_rays
+        self.work.rays - self.work.given_up_rays
     }
 
     /// Root mean square in lx of what every element that adapts does not show.
     pub fn discretisation_lx(&self) -> Vec<f64> {
-        self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect()
+        self.adapting.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect()
     }
 
     /// The finished values.
     pub fn values(&self) -> MapValues {
         let mut values = self.map.values();
-        if let Some(adaptive) = &self.adaptive {
+        if let Some(adaptive) = &self.adapting.adaptive {
             let slopes = adaptive.sloped.iter().enumerate();
             values.slopes_lx =
                 slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();

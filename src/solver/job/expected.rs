@@ -25,14 +25,15 @@ impl Job {
 
     /// Rays that counting or walking takes to an error in lx, by what the pilot measured: at least those to its first look.
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
-        self.without_gathering(context, error_lx, self.indirect.rays)
+        self.without_gathering(context, error_lx, self.costs.indirect.rays)
     }
 
     /// The same in work: rays, and what choosing among luminaires takes beside them.
     pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let rays = self.rays_without_gathering(context, error_lx);
-        let choosing = if context.stage.would_learn_selection_by_cell(rays) { 0.0 } else { self.indirect.choosing };
-        self.without_gathering(context, error_lx, self.indirect.rays + choosing)
+        let choosing =
+            if context.stage.would_learn_selection_by_cell(rays) { 0.0 } else { self.costs.indirect.choosing };
+        self.without_gathering(context, error_lx, self.costs.indirect.rays + choosing)
     }
 
     fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
@@ -41,7 +42,7 @@ impl Job {
         let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walk;
         let over_pilot = if walks { WALKS_OVER_PILOT } else { 1.0 };
         let alone =
-            over_pilot * self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
+            over_pilot * self.costs.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
@@ -49,7 +50,8 @@ impl Job {
     ///
     /// Rays are best shared out like the roots of what either would take alone; but direct light has one pass at least.
     pub(super) fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {
-        let direct = self.direct.variance * self.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
+        let direct =
+            self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
         let both = direct.sqrt() + indirect.sqrt();
         let pass = self.rays_of_a_pass();
         if direct.sqrt() * both >= pass {
@@ -61,11 +63,11 @@ impl Job {
 
     /// Rays of one pass over direct light in all replicas, by what the pilot measured.
     pub(super) fn rays_of_a_pass(&self) -> f64 {
-        self.direct.rays * self.map.len() as f64 * REPLICAS as f64
+        self.costs.direct.rays * self.map.len() as f64 * REPLICAS as f64
     }
 
     /// Mean of all its light in lx, by what the pilot measured.
     pub fn mean_without_gathering_lx(&self) -> f64 {
-        self.direct.mean_lx + self.indirect.mean_lx
+        self.costs.direct.mean_lx + self.costs.indirect.mean_lx
     }
 }

@@ -73,50 +73,50 @@ impl Job {
     /// What is known of it now, to be kept while its elements are cut.
     pub(super) fn before_cut(&self, context: &Context) -> Option<BeforeCut> {
         let left = self.rays_left(context, context.target_error)?;
-        Some(BeforeCut { error: self.error_so_far(context)?, left, rays: self.rays })
+        Some(BeforeCut { error: self.error_so_far(context)?, left, rays: self.work.rays })
     }
 
     /// What keeps it from a target but chance, by its latest look.
     pub fn hindrance(&self, target: f64) -> Option<Hindrance> {
-        let (judgement, _) = self.seen.as_ref()?;
-        if self.refused {
-            return Some(Hindrance::Check(self.refusals));
+        let (judgement, _) = self.looks.seen.as_ref()?;
+        if self.looks.refused {
+            return Some(Hindrance::Check(self.looks.refusals));
         }
         if judgement.discretisation >= target {
             return Some(Hindrance::Elements(judgement.discretisation));
         }
-        let is_planned = self.cell_growth.as_ref().is_none_or(|(growth, _)| growth.reaches);
+        let is_planned = self.gathering.growth.as_ref().is_none_or(|(growth, _)| growth.reaches);
         (judgement.bias >= target && !is_planned).then_some(Hindrance::Cells(judgement.bias))
     }
 
     /// The error that it states by its latest look.
     pub fn stated_error(&self) -> Option<f64> {
-        self.seen.as_ref().map(|(judgement, _)| judgement.stated_error())
+        self.looks.seen.as_ref().map(|(judgement, _)| judgement.stated_error())
     }
 
     /// Whether anything of its error is known but what its pilot lets expect, be it on coarser elements.
     pub fn has_been_judged(&self) -> bool {
-        self.is_judged() || self.before_cut.is_some()
+        self.is_judged() || self.adapting.before_cut.is_some()
     }
 
     /// Whether anything of the error of its present samples is known but what its pilot lets expect.
     pub fn is_judged(&self) -> bool {
-        self.seen.is_some()
+        self.looks.seen.is_some()
     }
 
     /// The error so far: by the latest look, be it on coarser elements, or what as many rays of walks or counts would leave by the
     /// pilot. None where the pilot found no light.
     pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
-        match &self.seen {
+        match &self.looks.seen {
             Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
-            _ => self.before_cut.map(|before| before.error).or_else(|| self.error_by_pilot(context)),
+            _ => self.adapting.before_cut.map(|before| before.error).or_else(|| self.error_by_pilot(context)),
         }
     }
 
     fn error_by_pilot(&self, context: &Context) -> Option<ErrorParts> {
         let mean_lx = self.mean_without_gathering_lx();
-        let indirect = self.indirect.variance * self.indirect.rays * self.map.len() as f64;
-        let direct = self.direct.variance * self.direct.rays * self.map.len() as f64;
+        let indirect = self.costs.indirect.variance * self.costs.indirect.rays * self.map.len() as f64;
+        let direct = self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64;
         let rays = self.all_rays() + context.stage.selection_rays();
         let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean_lx;
         (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
@@ -127,7 +127,7 @@ impl Job {
         let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_GLANCES * rays;
         let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
         // Before a first look there are too few samples to tell more than the pilot.
-        let is_new = self.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
+        let is_new = self.looks.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
         let counts = !self.black && self.engine != Engine::Gather && self.samples > 0 && !self.met;
         if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
             return;
@@ -135,21 +135,21 @@ impl Job {
         let mut judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if judgement.mean_lx > 0.0 && !judgement.unseen {
             // What elements cannot show is what it was.
-            judgement.discretisation = self.seen.map_or(0.0, |(seen, _)| seen.discretisation);
+            judgement.discretisation = self.looks.seen.map_or(0.0, |(seen, _)| seen.discretisation);
             self.see(judgement);
         }
     }
 
     /// Keeps what is known of its present samples.
     pub(super) fn see(&mut self, judgement: Judgement) {
-        self.seen = Some((judgement, self.samples));
-        self.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);
+        self.looks.seen = Some((judgement, self.samples));
+        self.looks.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);
     }
 
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
     /// no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
-        match (&self.seen, self.rays_to_ask()) {
+        match (&self.looks.seen, self.rays_to_ask()) {
             (_, Some(rays)) => Some(self.left_by_plan(rays)),
             (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
                 Some(self.left_by_look(context, target))
@@ -161,18 +161,19 @@ impl Job {
     /// What a pilot says is left, or what the look before the elements were cut said, where that is more: a pilot knows nothing of
     /// elements that are still to be cut.
     fn at_least_as_before(&self, left: Forecast) -> Forecast {
-        let before = self.before_cut.map(|before| before.left.less(self.rays.saturating_sub(before.rays) as f64));
+        let before =
+            self.adapting.before_cut.map(|before| before.left.less(self.work.rays.saturating_sub(before.rays) as f64));
         before.filter(|before| before.expected > left.expected).unwrap_or(left)
     }
 
     /// By its plan, of which so many rays are left.
     fn left_by_plan(&self, rays: f64) -> Forecast {
-        let done = self.rays as f64;
+        let done = self.work.rays as f64;
         let all = done + rays;
-        if self.refused {
+        if self.looks.refused {
             return Forecast { low: all, ..Forecast::spread(WORK_OF_REFUSED * all, DEVIATION_BY_REFUSAL) }.less(done);
         }
-        let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
+        let [low, high] = match (&self.gathering.bounds, &self.gathering.growth) {
             (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
             _ => [all; 2],
         };
@@ -191,13 +192,13 @@ impl Job {
 
     /// Rays of the first look at what gathers.
     fn rays_of_first_look(&self, context: &Context) -> f64 {
-        self.cell_goal.direct as f64 * self.rays_of_a_pass() + self.rays_to_first_look(context.target_error)
+        self.gathering.goal.direct as f64 * self.rays_of_a_pass() + self.rays_to_first_look(context.target_error)
     }
 
     /// Rays of the chains that tell where flux goes, for elements that count none.
     pub fn rays_of_balance(&self) -> f64 {
         let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gather;
-        let rays_of_a_chain = self.indirect.rays * self.elements.len() as f64;
+        let rays_of_a_chain = self.costs.indirect.rays * self.elements.len() as f64;
         if gathers { (CHAINS_OF_BALANCE * REPLICAS as u64) as f64 * rays_of_a_chain } else { 0.0 }
     }
 
@@ -210,18 +211,19 @@ impl Job {
     /// Rays to a target by the pilot, and the standard deviation of their logarithm.
     fn rays_by_pilot(&self, context: &Context, target: f64) -> Option<(f64, f64)> {
         let error_lx = target * self.mean_without_gathering_lx();
-        let (rays, deviation_ln) = match (&self.local, self.engine) {
+        let (rays, deviation_ln) = match (&self.connecting.plan, self.engine) {
             _ if error_lx <= 0.0 => return None,
             _ if self.is_to_be_cut() => {
                 let without = self.rays_without_gathering(context, error_lx);
                 // Broad elements are there where cells may be asked.
-                let by_cells = self.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_cells(context, target));
+                let by_cells =
+                    self.adapting.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_cells(context, target));
                 (without.min(by_cells), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
             (_, Engine::Gather) => {
                 // After a first look it goes over to local estimation where that takes less.
                 let by_cells = self.work_by_cells(context, target);
-                let by_chains = self.offered.as_ref().and_then(|offered| offered.as_ref().ok());
+                let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
                 let beyond_look = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
@@ -240,7 +242,7 @@ impl Job {
 
     /// By its samples so far and the error that they left.
     fn left_by_look(&self, context: &Context, target: f64) -> Forecast {
-        let Some((judgement, seen_at)) = &self.seen else {
+        let Some((judgement, seen_at)) = &self.looks.seen else {
             return Forecast::default();
         };
         let done = self.kept_rays() as f64;
@@ -252,15 +254,15 @@ impl Job {
             let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
-        let passing = work_to_pass(needed, self.scores_seen);
+        let passing = work_to_pass(needed, self.looks.scores_seen);
         let all = self.rays_of(passing * *seen_at as f64);
-        if self.refused {
+        if self.looks.refused {
             let next = self.rays_of(self.next_judgement as f64);
             let expected = all.max(WORK_OF_REFUSED * next);
             return Forecast { low: next, ..Forecast::spread(expected, DEVIATION_BY_REFUSAL) }.less(done);
         }
         let left = (1.0 - 1.0 / needed).max(0.0);
-        let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.scores_seen, 1.0 / needed, exponent);
+        let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.looks.scores_seen, 1.0 / needed, exponent);
         let is_of_law = self.engine != Engine::Collision;
         let of_law = if is_of_law { DEVIATION_OF_EXPONENT * needed.ln().max(0.0) / exponent } else { 0.0 };
         let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
@@ -280,8 +282,8 @@ impl Job {
     /// Rays that so many samples take in all, by those so far: passes over direct light do not grow evenly with samples.
     fn rays_of(&self, samples: f64) -> f64 {
         let passes = self.map.direct_samples.complete.max(1) as f64;
-        let direct = self.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
-        let indirect = self.kept_rays().saturating_sub(self.direct_rays) as f64 / self.samples.max(1) as f64;
+        let direct = self.work.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
+        let indirect = self.kept_rays().saturating_sub(self.work.direct_rays) as f64 / self.samples.max(1) as f64;
         direct + indirect * samples
     }
 
@@ -289,9 +291,9 @@ impl Job {
     /// direct light or rays double, taken to be the more of them.
     pub fn rays_if_refused(&self, left: f64) -> f64 {
         let all = self.kept_rays() as f64 + left;
-        match &self.asks {
+        match &self.gathering.asks {
             Some(asks) if self.engine == Engine::Gather => {
-                let parts = [self.direct_rays, asks.rays[0]];
+                let parts = [self.work.direct_rays, asks.rays[0]];
                 let share = parts.into_iter().max().unwrap_or(0) as f64 / (self.kept_rays().max(1)) as f64;
                 share.min(1.0) * all
             }

@@ -19,9 +19,9 @@ impl Job {
 
     /// Keeps the judgement among those of its samples.
     pub(super) fn note_judgement(&mut self) {
-        self.history.add(PastJudgement {
+        self.looks.history.add(PastJudgement {
             samples: self.samples,
-            rays: self.rays,
+            rays: self.work.rays,
             squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
             degrees_of_freedom: self.judgement.degrees_of_freedom,
             means_lx: self.judgement.means_lx,
@@ -46,10 +46,11 @@ impl Job {
     /// Asks the statistical checks about what has been judged; whether all pass.
     pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
         let parts = self.score_parts();
-        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
-        let all_pass = self.checks.iter().all(|check| check.passed);
+        self.looks.checks =
+            statistical_checks(&self.looks.history, parts, &self.judgement, self.looks.held_since, target_error);
+        let all_pass = self.looks.checks.iter().all(|check| check.passed);
         if !all_pass {
-            self.held_since.get_or_insert(self.samples);
+            self.looks.held_since.get_or_insert(self.samples);
         }
         all_pass
     }

@@ -13,7 +13,7 @@ impl Job {
         let until = goal.min(done + (context.pace.rays_per_slice() / rays).ceil() as u64);
         let traced = leaving_chains(context, set, table, &mut self.map, done..until);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
-            self.rays += rays;
+            self.work.rays += rays;
             self.ends[replica] += ends;
         }
         self.map.indirect_samples.complete = until;

@@ -38,7 +38,7 @@ impl Job {
     pub fn judge_merged(&mut self, context: &Context, chains: u64) {
         let map = &self.map;
         self.samples = if self.black { map.direct_samples.complete } else { map.indirect_samples.complete };
-        self.judged_samples = self.samples;
+        self.looks.judged_samples = self.samples;
         self.judgement = judge(map, self.weights.iter().copied().enumerate());
         self.bound_unseen(context, chains.max(1));
         self.note_judgement();
@@ -49,7 +49,7 @@ impl Job {
         let passes = self.passes_checks(target_error);
         let accepted = target_error.is_some_and(|target| accepts(target, &self.judgement));
         self.met = accepted && passes;
-        self.refused = accepted && !passes;
-        self.refusals = u64::from(self.refused);
+        self.looks.refused = accepted && !passes;
+        self.looks.refusals = u64::from(self.looks.refused);
     }
 }

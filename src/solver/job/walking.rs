@@ -1,30 +1,92 @@
 //! A job whose points walk.
 
-use super::{Context, Engine, Job, Method, after_sweep, slice_of_sweep};
+use std::ops::Range;
+
+use super::{Context, Engine, Job, Method, Tally, after_sweep, slice_of_sweep};
+use crate::maps::{HALF, MapKind, REPLICAS};
 use crate::solver::cells::regions_of;
 use crate::solver::guide::Guide;
-use crate::solver::sweep;
+use crate::solver::pilot::{DirectShare, PartCost};
+use crate::solver::sweep::{self, PointWalks};
+
+/// Walks are shared out anew where the target takes so many times the work so far: before, little is known of rare bright walks; later, too
+/// much is given up.
+const WORK_LEFT: Range<f64> = 8.0..20.0;
+/// And where the passes to come are so many times those to a first look.
+const FEWEST_LOOKS: f64 = 2.0;
+/// Bit of a stream's number from which on it counts how often walks have begun anew.
+const BEGINNINGS_BIT: u32 = 24;
 
 impl Job {
-    /// A slice of walks from the points of a receiver set, towards a number of them from every point.
+    /// A slice of walks from the points of a receiver set, towards a number of passes over them.
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
         let receivers = &context.scene.receivers[set];
         let has_guide = context.method == Method::Auto && receivers.quantity.has_one_hemisphere();
-        if has_guide && self.guide.is_none() {
+        if has_guide && self.walking.guide.is_none() {
             let places: Vec<_> = receivers.points.iter().map(|point| (point.position_m, point.normal)).collect();
-            self.guide = Some(Guide::new(regions_of(&places)));
+            self.walking.guide = Some(Guide::new(regions_of(&places)));
         }
         let rays = self.share.rays_per_indirect;
         let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
-        let (guide, part) = (self.guide.as_mut(), (entries.clone(), times.clone()));
-        self.rays += sweep::walks_from_points(context, set, &mut self.map, guide, part.0, part.1);
+        let (guide, part) = (self.walking.guide.as_mut(), (entries.clone(), times.clone()));
+        let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
+        let walks = PointWalks { set, number, allotment: &self.walking.allotment };
+        self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, guide, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }
 
     /// Lets the walks to come go where light has come from.
     pub(super) fn learn_directions(&mut self) {
-        if let Some(guide) = self.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
+        if let Some(guide) = self.walking.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
             guide.learn();
         }
+    }
+
+    /// Shares walks out anew where some points scatter far more than others and the target takes so many times the work so far, which is
+    /// given up: walks begin anew. Direct light stays as far as it is.
+    pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
+        let can = self.engine == Engine::Walk && matches!(self.kind, MapKind::Receivers(_));
+        if !can || self.met || self.looks.refused || !WORK_LEFT.contains(&needed) {
+            return;
+        }
+        let variances = self.variances_of_walks();
+        let Some(better) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
+            return;
+        };
+        let variance = better.variance_of_a_pass(&variances);
+        let passes = needed * self.samples as f64 * variance / self.walking.allotment.variance_of_a_pass(&variances);
+        if passes < FEWEST_LOOKS * self.first_samples() as f64 {
+            return;
+        }
+        self.adapting.before_cut = self.before_cut(context);
+        self.begin_walks_anew();
+        let points = self.map.len();
+        let rays = self.costs.indirect.rays * better.of_all(points) as f64 / points as f64;
+        let pass = PartCost { rays, variance: self.costs.indirect.variance * variance, ..self.costs.indirect };
+        self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
+        self.walking.allotment = better;
+        self.walking.beginnings += 1;
+        self.next_judgement = self.first_samples();
+    }
+
+    /// What was walked is given up.
+    pub(super) fn begin_walks_anew(&mut self) {
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        self.map.forget_indirect_scores();
+        self.forget_looks();
+        self.give_up_samples();
+        self.samples = 0;
+    }
+
+    /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor.
+    fn variances_of_walks(&self) -> Vec<[f64; 2]> {
+        let variance = |entry: usize, half: usize| {
+            let sums_lx = || (half..REPLICAS).step_by(2).map(|replica| self.map.indirect[replica][entry]);
+            let mean_lx = sums_lx().sum::<f64>() / HALF as f64;
+            let of_a_pass = sums_lx().map(|sum_lx| (sum_lx - mean_lx).powi(2)).sum::<f64>();
+            self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass
+        };
+        (0..self.map.len()).map(|entry| [variance(entry, 0), variance(entry, 1)]).collect()
     }
 }

@@ -152,7 +152,7 @@ mod tests {
                 }
                 let job = &run.jobs[0];
                 let elements: Vec<_> = (0..job.elements.len() as u32).map(|index| job.elements.cell(index)).collect();
-                (steps, (elements, job.weights.clone(), job.pilot_rays))
+                (steps, (elements, job.weights.clone(), job.work.pilot_rays))
             })
         };
         let (few, whole) = cut_by(f64::INFINITY);

@@ -205,7 +205,7 @@ impl Run<'_> {
                 if needed <= share { needed } else { 0.0 }
             } else {
                 let look = job.rays_to_look(self.context);
-                if job.rays > 0 || look <= share.max(FIRST_LOOK_RAYS) { look } else { 0.0 }
+                if job.work.rays > 0 || look <= share.max(FIRST_LOOK_RAYS) { look } else { 0.0 }
             };
             share -= rays;
             sum += rays;

@@ -171,10 +171,10 @@ impl Run<'_> {
     fn aim_anew(&mut self, index: usize) {
         let target_error = self.target_error;
         let job = &mut self.jobs[index];
-        if let (Some(adaptive), Some(target)) = (&mut job.adaptive, target_error) {
+        if let (Some(adaptive), Some(target)) = (&mut job.adapting.adaptive, target_error) {
             adaptive.aim_at(target);
         }
-        (job.met, job.finest, job.refused) = (false, false, false);
+        (job.met, job.adapting.finest, job.looks.refused) = (false, false, false);
         let is_whole = job.map.direct_samples.ahead == 0 && job.map.indirect_samples.ahead == 0;
         if job.is_judged() && is_whole {
             self.look(index);

@@ -38,13 +38,13 @@ impl Run<'_> {
     fn stand_of(&self, job: &Job) -> Stand {
         let open = !self.is_done(job);
         let share = if open && job.bound { self.share_done(job) } else { 0.0 };
-        let (rays, all_rays, bytes) = (job.rays, job.all_rays(), job.bytes_of_asking());
+        let (rays, all_rays, bytes) = (job.work.rays, job.all_rays(), job.bytes_of_asking());
         Stand { bound: job.bound, open, share, rays, all_rays, bytes }
     }
 
     /// Rays so far of all bound, or of all unbound maps.
     pub(super) fn rays_of(&self, bound: bool) -> f64 {
-        let sum = || self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>();
+        let sum = || self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.work.rays).sum::<u64>();
         self.standing.rays_of(bound).unwrap_or_else(sum) as f64
     }
 
@@ -57,9 +57,9 @@ impl Run<'_> {
     /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. None of a map that walks,
     /// connects or counts before its first look, which takes little and tells far more than its pilot.
     fn share_done(&self, job: &Job) -> f64 {
-        let rays = job.rays as f64;
+        let rays = job.work.rays as f64;
         match self.left_of(job) {
-            _ if job.rays == 0 => 0.0,
+            _ if job.work.rays == 0 => 0.0,
             _ if job.engine != Engine::Gather && !job.has_been_judged() => 0.0,
             Some(left) if left.expected.is_finite() => rays / (rays + left.expected),
             _ => 0.5,
@@ -70,7 +70,7 @@ impl Run<'_> {
         if self.settings.chains.is_some_and(|chains| job.samples >= job.samples_for(chains)) {
             return true;
         }
-        if job.finest {
+        if job.adapting.finest {
             return true;
         }
         let stays_dark = self.target_error.is_some_and(|target| job.stays_dark(target));
@@ -84,7 +84,7 @@ impl Run<'_> {
             && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || (job.judgement.dark && job.is_black()))
         {
             StopReason::TargetMet
-        } else if self.jobs.iter().any(|job| job.bound && job.finest) {
+        } else if self.jobs.iter().any(|job| job.bound && job.adapting.finest) {
             StopReason::FinestMesh
         } else {
             StopReason::Chains
@@ -92,7 +92,7 @@ impl Run<'_> {
     }
 
     fn affords_first_look(&self, job: &Job) -> bool {
-        let started = job.samples > 0 || job.rays > 0;
+        let started = job.samples > 0 || job.work.rays > 0;
         let share = (UNBOUND_SHARE * self.rays_of(true)).max(FIRST_LOOK_RAYS);
         !job.is_judged() && (started || job.rays_to(job.first_samples()) <= share)
     }

@@ -258,7 +258,7 @@ mod tests {
                 run.standing.forget();
             }
         }
-        [slices, run.jobs.iter().map(|job| job.rays).sum(), run.standing.looks(), observer.0.into_inner()]
+        [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.standing.looks(), observer.0.into_inner()]
     }
 
     /// A slice looks at its own map, twice, and all maps are looked at for so many rays each.
