@@ -28,6 +28,15 @@ pub fn pane_shares(refractive_index: f64, internal_transmittance: f64, cos_theta
     shares
 }
 
+/// What the glass itself lets pass along the normal where a pane of it lets pass this share there, all inner reflections included.
+///
+/// Range: above 1 where no glass of this index lets pass so much. Source: docs/methods.md (14), solved for a.
+pub fn internal_transmittance_of(refractive_index: f64, visible_transmittance: f64) -> f64 {
+    let face = ((refractive_index - 1.0) / (refractive_index + 1.0)).powi(2);
+    let through_faces = (1.0 - face) * (1.0 - face);
+    2.0 * visible_transmittance / (through_faces + through_faces.hypot(2.0 * face * visible_transmittance))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +76,18 @@ mod tests {
             }
             assert!(shares[0] + shares[1] < 1.0);
         }
+    }
+
+    #[test]
+    fn a_pane_lets_pass_the_transmittance_that_it_was_found_from() {
+        for (index, visible) in [(1.52, 0.78), (1.52, 0.05), (1.0, 0.5), (2.4, 0.6), (1.52, 0.0)] {
+            let inside = internal_transmittance_of(index, visible);
+            assert!((pane_shares(index, inside, 1.0)[1] - visible).abs() < 1e-14, "{index} {visible}: {inside}");
+        }
+        // (1 − R)/(1 + R) of n = 1.52 is the most that a pane lets pass.
+        let face = (0.52f64 / 2.52).powi(2);
+        assert!((internal_transmittance_of(1.52, (1.0 - face) / (1.0 + face)) - 1.0).abs() < 1e-14);
+        assert!(internal_transmittance_of(1.52, 0.93) > 1.0);
     }
 
     #[test]

@@ -243,6 +243,11 @@ impl Stage {
             .all(|law| matches!(law, Law::Diffuse(_)))
     }
 
+    /// Whether any surface scatters light about a direction.
+    pub fn has_lobes(&self) -> bool {
+        self.triangles.iter().any(|triangle| matches!(self.laws[triangle.law as usize], Law::Phong(_) | Law::Blinn(_)))
+    }
+
     /// Whether light passes panes of glass anywhere.
     pub fn has_panes(&self) -> bool {
         self.has_panes

@@ -12,6 +12,7 @@ use super::text_table::text_table;
 use super::{Outcome, console, values};
 use crate::check::read_scene;
 use crate::maps::Estimate;
+use crate::output::numbers::percents_with_error;
 use crate::output::{
     HourlyFiles, Language, ResultDirectory, in_language, year_plots, year_rows, year_summary, year_tables,
 };
@@ -165,8 +166,10 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
 }
 
 fn table(solution: &YearSolution) -> String {
-    let percents =
-        |estimate: Estimate| format!("{:.1} ± {:.1} %", 100.0 * estimate.value, 100.0 * estimate.standard_error);
+    let percents = |share: Estimate| {
+        let percents = Estimate { value: 100.0 * share.value, standard_error: 100.0 * share.standard_error };
+        format!("{} %", percents_with_error(percents, |value, error| format!("{value} ± {error}")))
+    };
     let rows =
         solution.sets.iter().zip(year_rows(solution)).map(|(set, [autonomy, sunlit, mean, useful, exposure])| {
             vec![

@@ -60,17 +60,21 @@ impl DaylightFactors {
         }
         places.sort_by(|one, other| one.0.value.total_cmp(&other.0.value));
         let targets_percent = [targets.target_percent, targets.minimum_percent];
-        let shares_above = targets_percent.map(|target_percent| share_above(&places, target_percent));
+        let average_percent = factor(row.average_lx);
+        let shares_above = targets_percent.map(|target_percent| match unlit_share(average_percent, target_percent) {
+            Some(share) => share,
+            None => share_above(&places, target_percent),
+        });
         Some(DaylightFactors {
             name: map.name.clone(),
             outside_lx,
-            average_percent: factor(row.average_lx),
+            average_percent,
             minimum_percent: factor(row.minimum_lx),
-            median_percent: median_with_error(&places, factor(row.average_lx)),
+            median_percent: median_with_error(&places, average_percent),
             targets_percent,
             shares_above,
             certainties: [0, 1].map(|which| certainty(shares_above[which], SHARES_WANTED[which])),
-            components: component_means(map, points, outside_lx, factor(row.average_lx)),
+            components: component_means(map, points, outside_lx, average_percent),
         })
     }
 }
@@ -97,7 +101,7 @@ fn component_means(
         let squares: f64 =
             counted.iter().map(|(components, weight)| (weight * components[which].standard_error).powi(2)).sum();
         let value = percent * sum / all;
-        let alike = if average_percent.value > 0.0 { value / average_percent.value } else { 0.0 };
+        let alike = if average_percent.value > 0.0 { value / average_percent.value } else { 1.0 };
         let standard_error = (percent * squares.sqrt() / all).hypot(alike * average_percent.standard_error);
         Estimate { value, standard_error }
     });
@@ -107,7 +111,7 @@ fn component_means(
             (Estimate { value: percent * sky.value, standard_error: percent * sky.standard_error }, *weight)
         })
         .collect();
-    let seen = share_above(&skies, NO_SKY_PERCENT);
+    let seen = unlit_share(average_percent, NO_SKY_PERCENT).unwrap_or_else(|| share_above(&skies, NO_SKY_PERCENT));
     Some(ComponentMeans { percents, without_sky: Estimate { value: 1.0 - seen.value, ..seen } })
 }
 
@@ -118,7 +122,11 @@ fn component_means(
 /// lie about it that says too much, and the error of the place itself is less.
 fn median_with_error(places: &[(Estimate, f64)], average: Estimate) -> Estimate {
     let median = median(places);
-    let alike = if average.value > 0.0 { median.value * average.standard_error / average.value } else { 0.0 };
+    let alike = if average.value > 0.0 {
+        median.value * average.standard_error / average.value
+    } else {
+        average.standard_error
+    };
     let reach = 4.0 * places.iter().map(|(place, _)| place.standard_error).fold(0.0, f64::max);
     let ends = [places[0].0.value - reach, places[places.len() - 1].0.value + reach];
     // Shares fall with the value, from all to none.
@@ -167,6 +175,14 @@ fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
         variance += (weight / all).powi(2) * above * (1.0 - above);
     }
     Estimate { value: share / all, standard_error: variance.sqrt() }
+}
+
+/// The share of the area above a limit where no light was found yet, `None` where some was: places have no errors of their own then, and what may have been
+/// missed is the mean's error, alike for all.
+fn unlit_share(average: Estimate, limit: f64) -> Option<Estimate> {
+    let above = certainty(average, limit);
+    let unlit = Estimate { value: above, standard_error: (above * (1.0 - above)).sqrt() };
+    (average.value == 0.0 && average.standard_error > 0.0).then_some(unlit)
 }
 
 /// Probability that the truth is at least a limit.
@@ -224,6 +240,9 @@ mod tests {
         let sure = [place(1.0, 0.0, 1.0), place(2.0, 0.0, 1.0), place(3.0, 0.0, 1.0)];
         assert_eq!(median_with_error(&sure, Estimate { value: 2.0, standard_error: 0.1 }).standard_error, 0.1);
         assert_eq!(median_with_error(&sure, Estimate { value: 2.0, standard_error: 0.0 }).standard_error, 0.0);
+        // Where no light was found yet, the median is as little known as the mean.
+        let unlit = [place(0.0, 0.0, 1.0), place(0.0, 0.0, 1.0)];
+        assert_eq!(median_with_error(&unlit, Estimate { value: 0.0, standard_error: 1.2 }).standard_error, 1.2);
     }
 
     #[test]
@@ -235,6 +254,11 @@ mod tests {
         let doubtful = [place(1.0, 0.0, 1.0), place(2.0, 0.1, 1.0), place(3.0, 0.0, 2.0)];
         let share = share_above(&doubtful, 2.0);
         assert!((share.value - 0.625).abs() < 1e-9 && (share.standard_error - 0.125).abs() < 1e-9, "{share:?}");
+        // No light was found yet: nobody knows whether the area lies above, until the mean's bound is far below.
+        let unlit = |error: f64| unlit_share(Estimate { value: 0.0, standard_error: error }, 2.0).expect("unlit");
+        assert!((unlit(2.0).value - 0.158_655_254).abs() < 1e-7 && unlit(2.0).standard_error > 0.36);
+        assert!(unlit(0.1).value < 1e-9 && unlit(0.1).standard_error < 1e-9);
+        assert!(unlit_share(Estimate { value: 1.0, standard_error: 2.0 }, 2.0).is_none());
         assert!((certainty(Estimate { value: 3.0, standard_error: 1.0 }, 2.0) - 0.841_344_746).abs() < 1e-7);
     }
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
-use super::numbers::{lux, percent, tick, uncertainty};
+use super::numbers::{lux, percent, percents_with_error, tick};
 use super::picture::escaped;
 use super::sheet::{Sheet, SheetCell};
 use super::texts::say;
@@ -146,7 +146,6 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
             (&least, false),
         ],
     );
-    let told = |estimate: Estimate| with_error(&lux(estimate.value), &uncertainty(estimate.standard_error));
     for set in &factors {
         let share = |which: usize| {
             let wanted = percent(SHARES_WANTED[which]);
@@ -159,9 +158,9 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         };
         table.row(vec![
             escaped(&set.name),
-            told(set.average_percent),
-            told(set.minimum_percent),
-            told(set.median_percent),
+            percents_cell(set.average_percent),
+            percents_cell(set.minimum_percent),
+            percents_cell(set.median_percent),
             share(0),
             share(1),
         ]);
@@ -176,6 +175,14 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         ),
         table.markup()
     )
+}
+
+/// Percents with their error, as the plots tell them; what lies under its own error by a bound.
+fn percents_cell(percents: Estimate) -> String {
+    if percents.is_known() || percents.standard_error <= 0.0 {
+        return percents_with_error(percents, with_error);
+    }
+    escaped(&percents_with_error(percents, |value, _| value.to_owned()))
 }
 
 /// Mean components of the daylight factor; empty where they are not known.
@@ -198,7 +205,7 @@ fn component_table(factors: &[DaylightFactors]) -> String {
     }
     for (name, means) in known {
         let mut cells = vec![escaped(name)];
-        cells.extend(means.percents.map(|mean| with_error(&lux(mean.value), &uncertainty(mean.standard_error))));
+        cells.extend(means.percents.map(percents_cell));
         cells.push(percent(means.without_sky.value));
         table.row(cells);
     }

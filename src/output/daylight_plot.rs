@@ -9,10 +9,10 @@ use super::texts::say;
 use crate::maps::{DaylightFactors, Estimate, MapResult, MapValues, NO_SKY_PERCENT};
 
 /// Daylight factors in % along which lines run.
-pub(super) const LEVELS_PERCENT: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0];
+pub(super) const LEVELS_PERCENT: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
 /// The same of sky components.
-const SKY_LEVELS_PERCENT: [f64; 6] = [NO_SKY_PERCENT, 0.5, 1.0, 2.0, 5.0, 10.0];
+const SKY_LEVELS_PERCENT: [f64; 8] = [NO_SKY_PERCENT, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 
 /// False colours with lines of equal daylight factor, and what EN 17037 asks for.
 pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &str) -> Picture {

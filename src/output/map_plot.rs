@@ -405,7 +405,7 @@ fn label_line(picture: &mut Picture, line: &Isoline, layout: &MapLayout, labels:
     const STEP: f64 = 9.0;
     const LONG: f64 = 900.0;
     const STRAIGHT: f64 = 0.9;
-    let text = lux(line.level);
+    let text = tick(rounded(line.level));
     let width = text_width(&text, SMALL, false) + 8.0;
     let length = line.length();
     if length < 2.2 * width {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 
 use super::error::SceneError;
 use super::reader::{Fields, Node};
-use crate::base::pane::pane_shares;
+use crate::base::pane::{internal_transmittance_of, pane_shares};
 
 /// A material type: its name in files, its keys there, and how its law is read.
 struct MaterialType {
@@ -18,7 +18,7 @@ const MATERIAL_TYPES: [MaterialType; 6] = [
     MaterialType { name: "diffuse", keys: &["type", "reflectance"], read: read_diffuse },
     MaterialType { name: "phong", keys: GLOSSY_KEYS, read: read_phong },
     MaterialType { name: "mirror", keys: &["type", "reflectance"], read: read_mirror },
-    MaterialType { name: "glass", keys: &["type", "refractive_index", "internal_transmittance"], read: read_glass },
+    MaterialType { name: "glass", keys: GLASS_KEYS, read: read_glass },
     MaterialType {
         name: "translucent",
         keys: &["type", "diffuse_reflectance", "diffuse_transmittance"],
@@ -29,6 +29,10 @@ const MATERIAL_TYPES: [MaterialType; 6] = [
 
 /// Keys of a diffuse part with a lobe.
 const GLOSSY_KEYS: &[&str] = &["type", "diffuse_reflectance", "specular_reflectance", "exponent"];
+
+/// Keys of a pane.
+const GLASS_KEYS: &[&str] =
+    &["type", "refractive_index", "internal_transmittance", "visible_transmittance", "glazed_share"];
 
 /// Names of the material types.
 pub(super) const TYPES: [&str; MATERIAL_TYPES.len()] = {
@@ -99,7 +103,13 @@ pub(super) enum MaterialKind {
         refractive_index: f64,
         /// Transmittance of the glass itself at normal incidence.
         #[schemars(range(min = 0.0, max = 1.0))]
-        internal_transmittance: f64,
+        internal_transmittance: Option<f64>,
+        /// In its place, transmittance of the pane at normal incidence, its faces' reflections included.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        visible_transmittance: Option<f64>,
+        /// Share of the area that is glass; the rest is frames, which are black. 1 where it is not given.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        glazed_share: Option<f64>,
     },
     /// Scatters to both sides.
     Translucent {
@@ -160,6 +170,8 @@ pub enum ReflectionLaw {
         refractive_index: f64,
         /// Transmittance of the glass itself at normal incidence, 0 to 1.
         internal_transmittance: f64,
+        /// Share of the area that is glass, 0 to 1; the rest is black, spread evenly.
+        glazed_share: f64,
     },
     /// Scatters diffusely to both sides.
     Translucent {
@@ -218,8 +230,10 @@ impl ReflectionLaw {
             ReflectionLaw::Mirror { reflectance } => {
                 SurfaceShares { mirrored: reflectance, ..SurfaceShares::default() }
             }
-            ReflectionLaw::Glass { refractive_index, internal_transmittance } => SurfaceShares {
-                pane: Some(pane_shares(refractive_index, internal_transmittance, 1.0)),
+            ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share } => SurfaceShares {
+                pane: Some(
+                    pane_shares(refractive_index, internal_transmittance, 1.0).map(|share| glazed_share * share),
+                ),
                 is_sheet: true,
                 ..SurfaceShares::default()
             },
@@ -272,8 +286,8 @@ impl ReflectionLaw {
 
     /// Share of the light that leaves again, reflected or let through; of glass what a pane without reflection lets through.
     pub fn returned_share(&self) -> f64 {
-        if let ReflectionLaw::Glass { internal_transmittance, .. } = *self {
-            return internal_transmittance;
+        if let ReflectionLaw::Glass { internal_transmittance, glazed_share, .. } = *self {
+            return glazed_share * internal_transmittance;
         }
         let [reflected, let_through] = self.shares_at_normal_incidence();
         reflected + let_through
@@ -333,8 +347,21 @@ fn read_glass(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
         let remedy = "give the glass's index relative to air, such as 1.52";
         return Err(node.refuse("the refractive index is that of no glass", expected, remedy));
     }
-    let internal_transmittance = share(fields, "internal_transmittance")?;
-    Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance })
+    let internal_transmittance = match fields.one_of(["internal_transmittance", "visible_transmittance"])? {
+        (0, node) => node.fraction("internal transmittance")?,
+        (_, node) => {
+            let inside = internal_transmittance_of(refractive_index, node.fraction("visible transmittance")?);
+            if inside > 1.0 {
+                let [_, most] = pane_shares(refractive_index, 1.0, 1.0);
+                let expected = format!("at most {most:.3}: its two faces reflect the rest");
+                let remedy = "lower it, or give the glass's own refractive index";
+                return Err(node.refuse("a pane of this refractive index lets pass less", expected, remedy));
+            }
+            inside
+        }
+    };
+    let glazed_share = fields.get("glazed_share").map_or(Ok(1.0), |node| node.fraction("glazed share"))?;
+    Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share })
 }
 
 fn read_translucent(fields: &Fields) -> Result<ReflectionLaw, SceneError> {

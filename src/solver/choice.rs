@@ -73,11 +73,16 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
         return Err("no target binds it");
     }
     let quantity = context.scene.receivers[set].quantity;
-    if matches!(quantity, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. }) {
-        return Err("for illuminances only");
+    if matches!(quantity, Quantity::Glare(_) | Quantity::Intensity { .. }) {
+        return Err("for illuminances and luminances only");
     }
-    if !context.stage.is_diffuse() {
+    // Lines of sight follow mirrors and panes themselves; vertices on gloss cost a luminance more chains than they save.
+    let is_view = quantity == Quantity::Luminance;
+    if !is_view && !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");
+    }
+    if is_view && context.stage.has_lobes() {
+        return Err("for scenes without gloss only");
     }
     Ok(set)
 }

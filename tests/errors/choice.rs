@@ -90,6 +90,51 @@ fn the_office_is_gathered_and_gloss_is_not_connected() {
     assert!(map.method_reason.contains("for diffuse surfaces only"), "{}", map.method_reason);
 }
 
+/// A view of a room with a wall that is a mirror, lit by a ball and a panel. `material` is the floor's.
+fn view(material: &str) -> Scene {
+    scene_of(&format!(
+        r#"{{ "version": 1,
+          "materials": {{ "wall": {{ "type": "diffuse", "reflectance": 0.6 }}, "mirror": {{ "type": "mirror", "reflectance": 0.9 }},
+            "pane": {{ "type": "glass", "refractive_index": 1.52, "internal_transmittance": 0.97 }}, "floor": {material} }},
+          "geometry": [
+            {{ "name": "room", "type": "box", "min": [0,0,0], "max": [5,4,3], "facing": "inward", "material": "wall",
+               "materials": {{ "x_max": "mirror", "floor": "floor" }} }},
+            {{ "name": "pane", "type": "rectangle", "origin": [3.2,0,0], "u": [0,4,0], "v": [0,0,3], "material": "pane" }},
+            {{ "name": "panel", "type": "rectangle", "origin": [1.2,1.5,2.99], "u": [0,1.2,0], "v": [0.6,0,0], "material": "wall" }} ],
+          "luminaires": [ {{ "name": "ball", "type": "sphere", "center": [2.6,2.9,2.2], "radius": 0.1, "exitance_lm_m2": 10000 }},
+            {{ "name": "panel", "type": "area", "surface": "panel", "exitance_lm_m2": 3000 }} ],
+          "receivers": [ {{ "name": "view", "type": "luminance", "position": [0.4,2,1.5],
+            "view": {{ "direction": [1,0,-0.05], "field_deg": [70,50], "columns": 24, "rows": 16 }} }} ] }}"#
+    ))
+}
+
+/// A view without gloss goes by local estimation in fewer rays than walks take, and means what they say: seed 3, to 1 %, the mean of 384 directions within 1 %
+/// and single ones scattering by less than 1.2 common errors (1.05 to be expected with 15 degrees of freedom); 2 % more light, the planted fault, is off the mean.
+#[test]
+fn views_without_gloss_are_connected() {
+    let scene = view(r#"{ "type": "diffuse", "reflectance": 0.3 }"#);
+    let [auto, walks] = [Method::Auto, Method::Collision].map(|method| run(&scene, method, 3, 0.01));
+    let [found, truth] = [&auto, &walks].map(|solution| &solution.maps[0].values);
+    assert_eq!(auto.maps[0].method, "local", "{}", auto.maps[0].method_reason);
+    assert!(auto.rays < walks.rays, "{} by auto, {} by walks", auto.rays, walks.rays);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let ratio = mean(&found.illuminance_lx) / mean(&truth.illuminance_lx);
+    assert!((ratio - 1.0).abs() < 0.01 && (1.02 * ratio - 1.0).abs() > 0.01, "{ratio}");
+    let squares: Vec<f64> = (0..found.illuminance_lx.len())
+        .map(|entry| {
+            let error = found.standard_error_lx[entry].hypot(truth.standard_error_lx[entry]);
+            ((found.illuminance_lx[entry] - truth.illuminance_lx[entry]) / error.max(f64::MIN_POSITIVE)).powi(2)
+        })
+        .collect();
+    assert!(mean(&squares).sqrt() < 1.2, "{}", mean(&squares).sqrt());
+
+    let glossy =
+        view(r#"{ "type": "phong", "diffuse_reflectance": 0.2, "specular_reflectance": 0.1, "exponent": 20 }"#);
+    let map = &run(&glossy, Method::Auto, 3, 0.05).maps[0];
+    assert_eq!(map.method, "walk");
+    assert!(map.method_reason.contains("for scenes without gloss only"), "{}", map.method_reason);
+}
+
 /// Every surface of the isothermal office shines: a look weighs 160 groups of them, and local estimation, whose chains choose none, is
 /// done first (seed 0).
 #[test]

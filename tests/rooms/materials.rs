@@ -278,6 +278,26 @@ fn light_through_a_pane_is_direct_and_dimmed_by_its_angle() {
     assert!((balance.absorbed_lm + balance.escaped_lm + balance.back_face_lm) / balance.emitted_lm - 1.0 < 1e-12);
 }
 
+/// Glazing as its maker tells it: straight behind a pane of visible transmittance τ, a share f of which is glass, a lamp of 1000 cd brings τ f 1000/4 lx
+/// from 2 m. A hundredth more glass, the planted fault, is not met.
+#[test]
+fn a_pane_lets_pass_its_visible_transmittance_where_it_is_glass() {
+    let points = points_file("glazing.csv", &[[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]);
+    for (transmittance, glazed_share) in [(0.78, 1.0), (0.78, 0.7), (0.3, 0.85)] {
+        let json = format!(
+            r#"{{ "version": 1, "materials": {{ "pane": {{ "type": "glass", "refractive_index": 1.52,
+                 "visible_transmittance": {transmittance}, "glazed_share": {glazed_share} }} }},
+               "geometry": [ {{ "name": "pane", "type": "rectangle", "origin": [-50,-50,1], "u": [100,0,0], "v": [0,100,0], "material": "pane" }} ],
+               "luminaires": [ {{ "name": "lamp", "type": "point", "position": [0,0,2], "intensity_cd": 1000 }} ],
+               "receivers": [ {{ "name": "points", "type": "points", "file": {points:?} }} ] }}"#
+        );
+        let direct_lx = map(&solved(&json, MapSelection::Receivers, 16_000), "points").values.direct_lx[0];
+        let expected_lx = transmittance * glazed_share * 250.0;
+        assert!((direct_lx / expected_lx - 1.0).abs() < 1e-6, "{direct_lx} {expected_lx}");
+        assert!((direct_lx / (1.01 * expected_lx) - 1.0).abs() > 1e-6, "the planted fault passed");
+    }
+}
+
 /// An infinite cylinder of R = 1 closed by two perfect mirrors, which make a line source of a point: Fourier series.
 #[test]
 fn a_cylinder_between_perfect_mirrors_is_infinite() {

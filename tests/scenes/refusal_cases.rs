@@ -302,6 +302,27 @@ pub const CASES: &[Case] = &[
         "materials.grey.refractive_index",
         "that of no glass",
     ),
+    case(
+        "\"type\": \"diffuse\", \"reflectance\": 0.5",
+        "\"type\": \"glass\", \"refractive_index\": 1.52, \"visible_transmittance\": 0.93",
+        "0.93",
+        "materials.grey.visible_transmittance",
+        "lets pass less",
+    ),
+    case(
+        "\"type\": \"diffuse\", \"reflectance\": 0.5",
+        "\"type\": \"glass\", \"refractive_index\": 1.52, \"visible_transmittance\": 0.8, \"internal_transmittance\": 0.9",
+        "0.8,",
+        "materials.grey.visible_transmittance",
+        "given twice over",
+    ),
+    case(
+        "\"type\": \"diffuse\", \"reflectance\": 0.5",
+        "\"type\": \"glass\", \"refractive_index\": 1.52, \"visible_transmittance\": 0.8, \"glazed_share\": 1.2",
+        "1.2",
+        "materials.grey.glazed_share",
+        "above 1",
+    ),
     // Receivers.
     case("\"u\": [3,0,0]", "\"u\": [0,3,0]", "[0,2,0]", "receivers[0].v", "no normal"),
     case("\"margin\": 0.5", "\"margin\": 1.5", "1.5", "receivers[1].margin", "leaves nothing"),

@@ -12,12 +12,15 @@ pub struct Glass {
     pub refractive_index: f64,
     /// Transmittance of the glass itself at normal incidence, 0 to 1.
     pub internal_transmittance: f64,
+    /// Share of the area that is glass, 0 to 1; the rest, frames, is black.
+    pub glazed_share: f64,
 }
 
 impl Glass {
     /// Reflectance and transmittance at an angle of this cosine.
     pub fn shares(&self, cos_in: f64) -> [f64; 2] {
         pane_shares(self.refractive_index, self.internal_transmittance, cos_in.abs())
+            .map(|share| self.glazed_share * share)
     }
 }
 
@@ -45,6 +48,6 @@ impl Reflection for Glass {
     }
 
     fn is_mirror(&self) -> bool {
-        self.refractive_index > 1.0
+        self.refractive_index > 1.0 && self.glazed_share > 0.0
     }
 }

@@ -128,8 +128,8 @@ laws! {
     /// A mirror.
     Mirror(Mirror) from ReflectionLaw::Mirror { reflectance } => Mirror { reflectance };
     /// A thin pane.
-    Glass(Glass) from ReflectionLaw::Glass { refractive_index, internal_transmittance } =>
-        Glass { refractive_index, internal_transmittance };
+    Glass(Glass) from ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share } =>
+        Glass { refractive_index, internal_transmittance, glazed_share };
     /// Diffuse to both sides.
     Translucent(Translucent) from ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } =>
         Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance };

@@ -246,7 +246,8 @@ fn mirrors_and_panes_keep_their_shares_and_directions() {
     let cos_in = -direction.z;
     for law in [
         ReflectionLaw::Mirror { reflectance: 0.9 },
-        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9 },
+        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 1.0 },
+        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 0.7 },
     ] {
         let law = Law::new(&law);
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
