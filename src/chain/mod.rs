@@ -36,9 +36,9 @@ pub struct Stage {
     pub emitters: Emitters,
     /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
     pub mirrors: Option<Mirrors>,
-    /// Which luminaires are in sight from where, where that changes a walk's choice.
+    /// Which luminaires are in sight from which parts of the surfaces, where that changes a walk's choice: docs/methods.md (6).
     pub selection_by_region: SelectionByRegion,
-    /// The same from many small cells, once a run has found it worth while.
+    /// The same from many small cubes of space, once a run has found it worth while: docs/methods.md (4b).
     selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
     pub near_lights: Option<NearLights>,
@@ -79,7 +79,7 @@ struct Packet {
     direction: DVec3,
     /// Surfaces that scattered it.
     bounces: u32,
-    /// How far the light comes in m that no surface has scattered yet.
+    /// How far it may still go in m before a surface scatters it: see [`Emitted::reach_m`].
     reach_m: f64,
 }
 

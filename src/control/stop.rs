@@ -1,4 +1,4 @@
-//! The stop rule and the forecast.
+//! The stop rule, and the work to the point at which it accepts a map.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -36,9 +36,11 @@ fn quantile(f: &FisherSnedecor, probability: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Whether a map is right enough: its expected error with the margin, and the error that the halves state, are both
-/// at or under the target. A dark map, one in which nothing has bounced yet, or one whose mean is not above 0 (corrections
-/// may outweigh the little that they correct) is never met.
+/// Whether a map is right enough: the expected random error times the margin, and the random error of the halves, are both at or
+/// under the target, either in quadrature with what the halves share (bias and discretisation): docs/methods.md, section 6.
+///
+/// Refused in any case: a map that is dark, one in which nothing has bounced yet, and one whose mean is not above 0, since corrections may
+/// outweigh the little that they correct.
 pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
     if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() || judgement.mean_lx <= 0.0 {
         return false;

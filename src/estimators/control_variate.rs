@@ -1,10 +1,10 @@
-//! What a receiver expects of every emitter before it samples direct light (docs/methods.md (3)).
+//! The control variate of a receiver's direct light (docs/methods.md (3)): what it expects of every emitter before it samples.
 //!
-//! Looks ahead tell about which emitters a receiver sees, and which parts of those that it sees in part. What they found is
-//! expected from then on, and samples look for what differs from that: L = Σ cₖ + Σ (lᵢ − cₖ)/nₖ, cₖ what item k, an
-//! emitter or a part of one, is expected to bring, lᵢ what a look at it brought and nₖ how many looks it gets on average.
-//! Whatever cₖ, the mean is right; looks go where doubt is left, and what stands in full light or full shade needs few. The
-//! expectation is shared by all samples of all replicas: their looks are independent of it and of each other.
+//! Light samples taken ahead tell which emitters a receiver sees, and which parts of those that it sees in part. What they found is
+//! expected from then on, and samples look for what differs from that: E = Σ cₖ + Σ (lᵢ − cₖ)/nₖ, cₖ what item k, an
+//! emitter or a part of one, is expected to bring, lᵢ what a light sample of it brought and nₖ how many of these it gets on average.
+//! Whatever cₖ, the mean is right; light samples go where doubt is left, and what stands in full light or full shade needs few. The
+//! control variate is shared by all samples of all replicas: their light samples are independent of it and of each other.
 
 mod survey;
 
@@ -57,7 +57,7 @@ struct UncertainEmitter {
     cumulative_lx: f64,
 }
 
-/// Expectations at the points of a receiver set, kept from pass to pass as far as there is room.
+/// Control variates of the points of a receiver set, kept from pass to pass as far as there is room.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ControlVariates {
     /// Looks ahead at an emitter that brings everything.

@@ -20,14 +20,14 @@ pub const MOST_EACH: usize = 24;
 const SHARE_OF_BOUND: f64 = 0.05;
 /// Share of all looks of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
 const SHARE_FOR_ANY: f64 = 0.01;
-/// Rays of a look ahead, at most.
+/// Light samples, at most, by which the luminaires that are in sight of a point are found before the others weigh less.
 const MOST_LOOKS_AHEAD: u64 = 256;
-/// What streams of a place are for, beside the first look around.
+/// Number of a place's stream for its control variate; number 0 finds the luminaires in sight.
 const EXPECTATION: u32 = 1;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
 const LOOKS_OVER_ELEMENT: usize = 6;
 
-/// Room for one pass over the emitters, so that a pass allocates nothing.
+/// Scratch space for one pass over the emitters, so that a pass allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct DirectPass {
     importance: Vec<f64>,
@@ -82,14 +82,14 @@ impl DirectPass {
         rays
     }
 
-    /// What to expect at a point, for any number of samples there, by looks ahead of which an emitter that brings
-    /// everything gets so many.
+    /// The control variate of a point, for any number of samples there (docs/methods.md, section 2): an emitter that brings all of the
+    /// light there gets `looks_ahead` light samples, the others by their shares.
     pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, looks_ahead: f64) -> ControlVariate {
         let rays = self.weigh_at(stage, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
-        let mut expectation = ControlVariate::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
-        expectation.rays += rays;
-        expectation
+        let mut control_variate = ControlVariate::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
+        control_variate.rays += rays;
+        control_variate
     }
 
     /// Weighs the emitters for a point by what each brings unshadowed; returns the rays it took.

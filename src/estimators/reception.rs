@@ -56,13 +56,13 @@ pub struct DirectLook<'a> {
     receiver: Receiver<'a>,
     stage: &'a Stage,
     pass: &'a mut DirectPass,
-    expectation: &'a ControlVariate,
+    control_variate: &'a ControlVariate,
     views: Views<'a>,
 }
 
 impl<'a> DirectLook<'a> {
-    /// What there is to expect at a place, by about so many looks; nothing for the turned planes of a cylinder, and for
-    /// what eyes see.
+    /// The control variate of a place, by about so many light samples (L of docs/methods.md, section 2); none for the turned planes of a
+    /// cylinder, and for what eyes see.
     pub fn expect(
         stage: &Stage,
         quantity: Quantity,
@@ -76,21 +76,21 @@ impl<'a> DirectLook<'a> {
         }
     }
 
-    /// Makes ready, with what there is to expect.
+    /// Makes ready, with the place's control variate.
     pub fn new(
         stage: &'a Stage,
         quantity: Quantity,
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
-        expectation: &'a ControlVariate,
+        control_variate: &'a ControlVariate,
     ) -> DirectLook<'a> {
-        DirectLook { quantity, receiver: *receiver, stage, pass, expectation, views: Views::default() }
+        DirectLook { quantity, receiver: *receiver, stage, pass, control_variate, views: Views::default() }
     }
 
     /// One unbiased sample of the direct part in lx, and the rays it took.
     pub fn sample(&mut self, stream: &mut Stream) -> (f64, u64) {
         if self.quantity == Quantity::Perpendicular {
-            return self.expectation.sample(self.stage, &self.receiver, &mut self.views, stream);
+            return self.control_variate.sample(self.stage, &self.receiver, &mut self.views, stream);
         }
         sample_direct_lx(self.stage, self.quantity, &self.receiver, self.pass, stream)
     }

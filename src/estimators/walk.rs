@@ -2,7 +2,8 @@
 //! finite variance.
 //!
 //! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω: a direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to
-//! score: docs/methods.md (1) becomes its docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on with probability ρ.
+//! score: so docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on
+//! with probability ρ.
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
 //!
 //! At every vertex that scatters, one look finds the luminaires in sight, and another those in flat mirrors. What looks cannot
@@ -42,7 +43,7 @@ struct LobeRay {
     normal: DVec3,
 }
 
-/// What a walk does with what is known of the light where it meets a diffuse surface.
+/// What the cache answers where a walk meets a diffuse surface, and what the walk does then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Recall {
     /// Nothing is known: the walk goes on by itself.
@@ -65,13 +66,13 @@ pub struct Met<'a> {
     pub reflectance: f64,
 }
 
-/// What is known already of the light in a scene: of indirect light, and of direct light where that is known too.
+/// A cache that walks ask, as in final gathering: it may know the indirect light of a diffuse surface, and the direct light too.
 pub trait Memory {
     /// What is known at a diffuse surface, and the rays that asking took.
     fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64);
 }
 
-/// No memory: walks go on until they are absorbed or leave.
+/// No cache: walks go on until they are absorbed or leave.
 struct Blank;
 
 impl Memory for Blank {
@@ -370,10 +371,11 @@ struct Vertex<'a> {
     spot: TriangleSide,
     /// Direction of the walk's ray.
     direction: DVec3,
+    /// Normal of the side whose light is looked for: of `seen`, or of the other one where light comes through a sheet.
     normal: DVec3,
     /// Normal of the side that the walk came from.
     seen: DVec3,
-    /// On the side that is lit.
+    /// The place for the tracer, on the side whose light is looked for.
     origin: &'a Origin,
     /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
     looked_back: Option<LookedBack>,

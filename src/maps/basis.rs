@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::elements::{part_at, part_corners};
 
-/// Linear polynomials beside the constant.
+/// Number of linear polynomials ("slopes") beside the constant.
 pub const SLOPES: usize = 2;
-/// Linear and quadratic ones.
+/// Number of linear and quadratic ones together ("bends").
 pub const BENDS: usize = 5;
 /// Parts of a triangle, with a fourth of its edges, that show what polynomials leave out.
 pub const PARTS: usize = (DIVISIONS * DIVISIONS) as usize;

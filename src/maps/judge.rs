@@ -12,9 +12,9 @@ pub struct Judgement {
     pub mean_lx: f64,
     /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean, docs/methods.md (7).
     pub halves_error: f64,
-    /// Expected random error from the spread of all replicas: the same quantity, with 15 times the information.
+    /// Expected random error from the spread of all replicas: the same quantity, with 15 degrees of freedom an entry instead of one.
     pub expected_error: f64,
-    /// Estimated bias that even and odd share; 0 for an unbiased estimator.
+    /// Estimated bias that the even and the odd half share, that of cells; 0 for an unbiased estimator.
     pub bias: f64,
     /// Estimated discretisation error: what elements cannot show of the illuminance within them; 0 for points and for
     /// elements that stand for nothing but their means.
@@ -80,9 +80,8 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     let mut means_lx = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
-    let left = map.cells_error.as_ref().map(|error| error.left);
-    let shares_cells = left.is_some();
-    let left = left.unwrap_or_default();
+    let shares_cells = map.cells_error.is_some();
+    let left_of_cells = map.cells_error.as_ref().map(|error| error.left).unwrap_or_default();
     for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
@@ -91,7 +90,8 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         let mut pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
         let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
         if shares_cells {
-            // What the replicas of a half share is told by itself: pairs of one half.
+            // Replicas of a half share cells, whose error is in `left_of_cells`: both of a pair (0 and 2, 1 and 3, 4 and 6, …) are of one
+            // half, so that the pairs' differences are free of it.
             pairs = std::array::from_fn(|pair| {
                 let first = 2 * pair - pair % 2;
                 replicas[first + 2] - replicas[first]
@@ -114,8 +114,9 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     Judgement {
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
-        expected_error: (spread_sum / weight_sum + left.chance).sqrt() / mean_lx,
-        bias: left.common.sqrt() / mean_lx,
+        expected_error: (spread_sum / weight_sum + left_of_cells.chance).sqrt() / mean_lx,
+        bias: left_of_cells.common.sqrt() / mean_lx,
+        // Set by the map's job, which knows what its elements lose.
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: products.degrees_of_freedom(),

@@ -10,9 +10,9 @@ use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
-/// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
+/// Sums of scores in every replica, direct and indirect apart; entry `i` is the mean of site `i`, an element side or a point.
 ///
-/// A map of elements may show slopes too: then the entries behind those of the means are the coefficients of the first
+/// A map of elements may show slopes too, and has more entries than sites: then the entries behind those of the means are the coefficients of the first
 /// linear polynomial ([`super::basis`]) of every element, and behind these those of the second. The polynomials are
 /// orthonormal, so that weighted sums of squares over all entries are integrals over the elements.
 ///

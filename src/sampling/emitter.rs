@@ -1,8 +1,8 @@
-//! Luminaires as the chain and the estimators see them: a flat list of emitting points, triangles and balls.
+//! Luminaires as the chain and the estimators see them: a flat list of points, openings, triangle sides, balls, rings, sky and sun.
 //!
 //! Every kind of light has a file of its own and stands behind one trait, `light::Light`; this file lists them all, once, in the call of
 //! `lights!`, and tells in `lights_of` what a luminaire of the scene becomes. Four faces are those of every emitter: `emit` draws a
-//! packet in proportion to what leaves it, `look` draws the point of it that a receiver sees in proportion to what it brings there,
+//! packet in proportion to what leaves it, `light_sample` draws a point of it in proportion to what that brings to a receiver,
 //! `unshadowed_lx` is the exact value of what it brings where nothing stands between, and `luminous_flux_lm` its total.
 
 mod ball;
@@ -149,7 +149,7 @@ pub enum Place {
     },
 }
 
-/// One emitting point, triangle side or ball.
+/// One light of the list: a luminaire is one, or as many as it has emitting triangle sides.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     /// The luminaire it belongs to.
@@ -180,12 +180,12 @@ impl Emitted {
     }
 }
 
-/// What a receiver sees of an emitter in one look.
+/// One point of an emitter, drawn for a receiver, and what the emitter brings there if that point is in sight.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Illuminance in lx if nothing stands between.
     pub unshadowed_lx: f64,
-    /// The point looked at; `None` where numbers cannot tell one, so little of the emitter is above the horizon.
+    /// The point, to which a shadow ray goes; `None` where rounding leaves none, so little of the emitter is above the horizon.
     pub place: Option<Place>,
 }
 
@@ -199,7 +199,7 @@ pub struct EmitterView<'a> {
 }
 
 impl EmitterView<'_> {
-    /// See [`Emitter::look`].
+    /// See [`Emitter::light_sample`].
     pub fn light_sample(&self, stream: &mut Stream) -> Option<LightSample> {
         match &self.triangle {
             Some(triangle) => triangle.light_sample(stream),
@@ -276,7 +276,7 @@ impl Emitter {
         of_light!(&self.shape, light => light.cosine_towards(direction))
     }
 
-    /// Whether it is a photometric luminaire whose opening has an extent.
+    /// Whether it emits from many points that no ray meets: a photometric opening with an extent, or a ring.
     pub fn has_opening(&self) -> bool {
         of_light!(&self.shape, light => light.has_opening())
     }
@@ -298,7 +298,8 @@ impl Emitter {
         of_light!(&self.shape, light => light.intensity_cd(direction))
     }
 
-    /// The same of one of its points, where all of them are drawn alike: a point of a solid opening shines to where it faces.
+    /// Intensity in cd that one of its points stands for, if [`Emitter::draw_point`] drew it: the mean over all points is `intensity_cd`,
+    /// but a point of a solid opening shines only to where its face looks.
     pub fn intensity_from_cd(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
         let share = of_light!(&self.shape, light => light.share_from(point, direction));
         if share > 0.0 { share * self.intensity_cd(direction) } else { 0.0 }
@@ -358,7 +359,8 @@ impl Emitter {
         of_light!(&self.shape, light => light.cheap_light_sample(point_m, normal, stream))
     }
 
-    /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.
+    /// Exitance in lm/m² of an emitter that rays can meet; `None` for points, openings and rings, which light samples alone
+    /// find, and for sky and sun.
     pub fn exitance_lm_m2(&self) -> Option<f64> {
         of_light!(&self.shape, light => light.exitance_lm_m2())
     }

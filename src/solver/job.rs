@@ -117,7 +117,7 @@ pub struct Job {
     pub bound: bool,
     /// Whether the stop rule accepted it.
     pub met: bool,
-    /// Samples done in every replica: chains for elements, walks a point for receivers; passes in a black scene.
+    /// Samples done in every replica: chains for elements, passes of walks for receivers; passes over direct light in a black scene.
     pub samples: u64,
     /// Samples at which it is judged next.
     pub next_judgement: u64,
@@ -138,7 +138,7 @@ pub struct Job {
     /// What samples cost by the pilots, and how direct light shares in the work.
     costs: Costs,
     share: DirectShare,
-    /// What its points expect of direct light.
+    /// Control variates of direct light at its points.
     expectations: ControlVariates,
     /// What each way of estimating indirect light needs.
     walking: WalkingState,
@@ -387,7 +387,7 @@ impl Job {
 
     /// A part of a pass over direct light, or some passes, towards so many.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
-        // The first pass looks ahead at every point, too.
+        // The first pass makes the control variate of every point, too.
         let rays_ahead = if self.map.direct_samples.complete == 0 { self.expectations.rays_ahead } else { 0.0 };
         let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
         let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);

@@ -1,4 +1,4 @@
-//! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
+//! The run: every map is a job whose 16 replicas go forward in slices over threads, merged in order, until the stop rule or a limit ends it.
 
 mod adapt;
 mod allotment;

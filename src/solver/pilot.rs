@@ -119,8 +119,8 @@ impl DirectShare {
     }
 }
 
-/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it comes what
-/// points are to expect: nothing yet.
+/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it come the
+/// control variates of points, of which none is made yet.
 pub fn direct_cost(
     context: &Context,
     kind: MapKind,
@@ -131,7 +131,7 @@ pub fn direct_cost(
     if let MapKind::Receivers(set) = kind {
         return direct_cost_at_points(context, set);
     }
-    let mut room = DirectPass::default();
+    let mut scratch = DirectPass::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 0);
     let mut sites = Sites::default();
     for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
@@ -147,18 +147,18 @@ pub fn direct_cost(
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.
-                let seen = element.look_twice(stage, &mut room, &mut stream);
+                let seen = element.look_twice(stage, &mut scratch, &mut stream);
                 let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
             }),
-            None => sites.add(context, element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
+            None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(stage, &element, &mut stream)),
         }
     }
     (sites.cost(), ControlVariates::planned(USUAL_LOOKS, 0.0))
 }
 
 /// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
-/// rays: where what samples find beyond what is expected falls with the root of the looks, that is best.
+/// rays: where what samples find beyond their control variate falls with the root of the looks, that is best.
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
     let (usual, rays_ahead) = looked_ahead(context, set, USUAL_LOOKS);
     let error_lx = context.target_error * usual.mean_lx;
@@ -180,12 +180,12 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
     let passes = samples_of_a_site(context, set, PASSES);
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
-        let mut room = DirectPass::default();
-        let expectation = DirectLook::expect(stage, quantity, receiver, &mut room, looks_ahead);
-        let mut look = DirectLook::new(stage, quantity, receiver, &mut room, &expectation);
+        let mut scratch = DirectPass::default();
+        let control_variate = DirectLook::expect(stage, quantity, receiver, &mut scratch, looks_ahead);
+        let mut look = DirectLook::new(stage, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
         site.add(context, weight, passes, || look.sample(stream));
-        (site, expectation.rays)
+        (site, control_variate.rays)
     };
     over_receivers(context, set, 0, look_at, |(site, rays)| {
         sites.merge(&site);

@@ -43,6 +43,7 @@ const UNBOUND_SHARE: f64 = 0.25;
 const FIRST_LOOK_RAYS: f64 = 4e6;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
+/// Seconds that counting all elements may take then, in slices, and the fewest rays of a first look, however little time is left.
 const SLICES_IN_HASTE: f64 = 4.0;
 const FEWEST_RAYS_IN_HASTE: f64 = 1000.0;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
@@ -94,7 +95,7 @@ pub(super) fn solve_as(
     let (seed, method) = (portion.map_or(settings.seed, |portion| portion.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
-    // What is kept of a run is kept of whole slices: the user waits for the one at hand.
+    // A checkpoint holds whole slices: where one is kept, an interruption waits for the slice at hand.
     let heeds_user = AtomicBool::new(true);
     let time_left = || match () {
         _ if is_long_over(settings, observer) => TimeLeft::LongOver,
@@ -423,7 +424,7 @@ impl Run<'_> {
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
         self.note(index);
         if !self.keeps_to_its_memory() {
-            // Walks and counts keep sums alone. The next slice is theirs.
+            // A map has gone over to walks or counts, which keep sums alone: how all maps stand is found anew.
             self.standing.forget();
             return;
         }

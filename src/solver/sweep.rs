@@ -1,4 +1,4 @@
-//! The work itself: sweeps of direct light and walks over entries, and chains, sixteen replicas side by side.
+//! The work itself, sixteen replicas side by side: passes of direct light and of walks over the entries of a map, and chains.
 //!
 //! A task is one replica (and for receivers a chunk of points); it writes to slabs of its own and draws from streams
 //! keyed by what it does, so that the sums do not depend on threads.
@@ -62,7 +62,7 @@ pub fn direct_over_elements(
     let done = replicas.map(|(replica, direct)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
-        let mut room = DirectPass::default();
+        let mut scratch = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Elements.number(), replica as u32);
         for index in range.clone() {
             let element = Element::of(context.stage, context.scene, elements, index as u32);
@@ -70,7 +70,7 @@ pub fn direct_over_elements(
             let mut entry = scores.of_entry(area_m2, levels.of(index));
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let (lx, pass_rays) = room.over_element(context.stage, &element, &mut stream);
+                let (lx, pass_rays) = scratch.over_element(context.stage, &element, &mut stream);
                 direct[index] += lx;
                 entry.add(lx);
                 rays += pass_rays;
@@ -107,13 +107,13 @@ pub fn direct_in_elements(
     let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
-        let mut room = DirectPass::default();
+        let mut scratch = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica as u32);
         for index in range.clone().filter(|index| exposed[*index] > 0.0) {
             let element = Element::of(context.stage, context.scene, elements, index as u32).exposed(exposed[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let seen = element.look_twice(context.stage, &mut room, &mut stream);
+                let seen = element.look_twice(context.stage, &mut scratch, &mut stream);
                 let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0]);
                 for (number, lx) in scores_lx.into_iter().enumerate() {
                     direct[number * sites + index] += lx;
@@ -160,18 +160,19 @@ pub fn chains(
             let choice = spread_choice(chain, shift);
             let (end, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
                 let hit = &arrival.hit;
-                let Some((cell, at)) = elements.place_at(hit.triangle, hit.barycentric, hit.side) else {
+                let Some((site, at)) = elements.place_at(hit.triangle, hit.barycentric, hit.side) else {
                     return;
                 };
+                let site = site as usize;
                 if arrival.bounces > 0 {
-                    indirect[cell as usize] += 1.0;
-                    if let Some(bends) = bends.get_mut(cell as usize) {
+                    indirect[site] += 1.0;
+                    if let Some(bends) = bends.get_mut(site) {
                         let scores = bends_at(at);
                         bends.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score);
-                        (0..SLOPES).for_each(|k| indirect[(1 + k) * sites + cell as usize] += scores[k]);
+                        (0..SLOPES).for_each(|k| indirect[(1 + k) * sites + site] += scores[k]);
                     }
                 } else if deposits == Deposits::DirectToo {
-                    direct[cell as usize] += luminous_flux_lm / area_m2[cell as usize];
+                    direct[site] += luminous_flux_lm / area_m2[site];
                 }
             });
             ends.count(end);
@@ -234,20 +235,20 @@ pub fn leaving_chains(
 
 /// Passes over the direct light of a range of points; returns the rays traced.
 ///
-/// A task does all replicas of its points, so that the emitters are weighed once for each point; what is expected there is
-/// kept for the next passes.
+/// A task does all replicas of its points, so that the emitters are weighed once for each point; its control variate is kept for the
+/// next passes.
 pub fn direct_at_points(
     context: &Context,
     set: usize,
     map: &mut ReplicaMap,
-    expectations: &mut ControlVariates,
+    control_variates: &mut ControlVariates,
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
     let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
     map.fix_direct_levels(points.clone());
-    let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*expectations);
+    let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*control_variates);
     let looked = firsts.par_iter().with_max_len(1).map(|first| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -265,14 +266,14 @@ pub fn direct_at_points(
             }
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-            let expectation = kept.of(entry).unwrap_or_else(|| {
+            let control_variate = kept.of(entry).unwrap_or_else(|| {
                 let looks_ahead = kept.looks_ahead;
-                let expectation = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass, looks_ahead);
-                rays += expectation.rays;
-                made.push((entry, expectation));
+                let control_variate = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass, looks_ahead);
+                rays += control_variate.rays;
+                made.push((entry, control_variate));
                 &made[made.len() - 1].1
             });
-            let mut look = DirectLook::new(stage, receivers.quantity, &receiver, &mut pass, expectation);
+            let mut look = DirectLook::new(stage, receivers.quantity, &receiver, &mut pass, control_variate);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
@@ -290,7 +291,8 @@ pub fn direct_at_points(
     });
     let mut rays = 0;
     for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
-        made.into_iter().for_each(|(entry, expectation)| expectations.keep(entry, receivers.points.len(), expectation));
+        let points = receivers.points.len();
+        made.into_iter().for_each(|(entry, control_variate)| control_variates.keep(entry, points, control_variate));
         for (offset, sums_lx) in sums.iter().enumerate() {
             for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;

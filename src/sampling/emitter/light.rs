@@ -22,9 +22,9 @@ pub struct SeenPart {
     pub place: Place,
 }
 
-/// One emitting point, opening, triangle side or ball, or what comes from afar. What most kinds do not have is told here.
+/// One emitting point, opening, triangle side or ball, or what comes from afar. Faces that most kinds do not have answer here for them.
 pub(super) trait Light {
-    /// What it looks like from afar: it decides how often the light is looked at.
+    /// The ball with an axis by which it is weighed among others: a cheap upper bound of what it brings.
     fn beacon(&self) -> Beacon;
 
     /// Draws a packet in proportion to the flux that leaves.
@@ -47,7 +47,8 @@ pub(super) trait Light {
         self.light_sample(point_m, normal, stream)
     }
 
-    /// Half space that holds all its light: a unit normal, and its points' least coordinate along that in m.
+    /// The half space into which all its light goes, if there is one: its unit normal, and where its plane stands along that in m, at the
+    /// hindmost point of the light.
     fn ahead(&self) -> Option<(DVec3, f64)> {
         None
     }
@@ -57,7 +58,7 @@ pub(super) trait Light {
         false
     }
 
-    /// Whether these points have an extent.
+    /// See [`super::Emitter::has_opening`].
     fn has_opening(&self) -> bool {
         false
     }
@@ -84,7 +85,7 @@ pub(super) trait Light {
         0.0
     }
 
-    /// The same of one of them over that, where all of them are drawn alike.
+    /// What one drawn point sends in that direction over the mean of all of them: see [`super::Emitter::intensity_from_cd`].
     fn share_from(&self, _: &OpeningPoint, _direction: DVec3) -> f64 {
         1.0
     }
@@ -107,7 +108,7 @@ pub(super) trait Light {
     /// Shows the parts that an eye would see.
     fn show_parts(&self, _eye_m: DVec3, _: &mut Stream, _show: &mut dyn FnMut(SeenPart)) {}
 
-    /// Exitance in lm/m² of a light that rays can meet.
+    /// Exitance in lm/m² of a light that rays can meet. One that no ray meets has none here: its light samples would leave a share to rays.
     fn exitance_lm_m2(&self) -> Option<f64> {
         None
     }

@@ -19,7 +19,7 @@ pub(super) struct TriangleView {
 }
 
 impl TriangleView {
-    /// See [`super::Emitter::look`].
+    /// See [`super::Emitter::light_sample`].
     pub fn light_sample(&self, stream: &mut Stream) -> Option<LightSample> {
         if self.unshadowed_lx <= 0.0 {
             return None;

@@ -29,7 +29,7 @@ const MOST_DRAWS: u32 = 200;
 /// The table of what a lobe loses.
 #[derive(Clone, Debug)]
 pub(super) struct Lossless {
-    /// Cosines near 0 that the table resolves: the width of the lobe.
+    /// Width of the lobe, about its standard deviation across and along in rad: the table resolves cosines down to it.
     width: f64,
     /// 1/ln(1 + 1/width), which makes the table's abscissa run from 0 to 1.
     log_scale: f64,
@@ -40,7 +40,7 @@ pub(super) struct Lossless {
 }
 
 impl Lossless {
-    /// Tabulates what a lobe of some width about the mirror direction loses. `alpha_at` gives cosine and sine of the angle from
+    /// Tabulates what a lobe about the mirror direction loses, with nodes as close at grazing incidence as its width (rad) asks. `alpha_at` gives cosine and sine of the angle from
     /// the mirror direction beyond which exp(−y²) of the lobe's flux goes.
     pub fn new(width: f64, alpha_at: impl Fn(f64) -> [f64; 2]) -> Lossless {
         let log_scale = 1.0 / (1.0 / width).ln_1p();

@@ -1,4 +1,4 @@
-//! What a pilot lets a map expect of its methods.
+//! The rays and the work that each method would take to an error, as pilots tell.
 
 use super::{Context, Engine, Job};
 use crate::maps::REPLICAS;

@@ -140,7 +140,7 @@ impl Job {
         }
     }
 
-    /// Keeps what is known of its present samples.
+    /// Keeps a judgement as the latest of its present samples, from which forecasts start.
     pub(super) fn see(&mut self, judgement: Judgement) {
         self.looks.seen = Some((judgement, self.samples));
         self.looks.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);

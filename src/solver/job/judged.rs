@@ -17,7 +17,7 @@ impl Job {
         self.judgement.unseen = false;
     }
 
-    /// Keeps the judgement among those of its samples.
+    /// Adds the judgement to the history that the statistical checks compare it with.
     pub(super) fn note_judgement(&mut self) {
         self.looks.history.add(PastJudgement {
             samples: self.samples,
@@ -43,7 +43,8 @@ impl Job {
         [direct, indirect]
     }
 
-    /// Asks the statistical checks about what has been judged; whether all pass.
+    /// Asks the statistical checks about what has been judged; whether all pass. Keeps what they found, and the samples at which one
+    /// first refused.
     pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
         let parts = self.score_parts();
         self.looks.checks =

@@ -24,7 +24,8 @@ pub struct Looks {
     pub history: History,
     /// Samples at the latest.
     pub judged_samples: u64,
-    /// What is known of the error, and the samples of which it is known: the latest judgement, or a glance since.
+    /// What is known of the error, and the samples of which it is known: the latest judgement, or one for forecasts
+    /// alone since (`Job::glance`).
     pub seen: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
     pub scores_seen: f64,
