@@ -4,6 +4,7 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::exit::Exit;
+use super::method::words_of;
 use super::{Outcome, console};
 
 const EXAMPLES: &str = "\
@@ -22,7 +23,14 @@ pub struct CompletionsArguments {
 }
 
 /// Prints the completions of a program.
-pub fn run(arguments: &CompletionsArguments, mut program: Command) -> Outcome {
+pub fn run(arguments: &CompletionsArguments, program: Command) -> Outcome {
+    // The parsers of these options are functions, which tell a shell nothing of their words.
+    let mut program = program.mut_subcommands(|command| {
+        command.mut_args(|option| match words_of(option.get_id().as_str()) {
+            Some(words) => option.value_parser(words),
+            None => option,
+        })
+    });
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut program, "luxmc", &mut script);
     console::result(&String::from_utf8_lossy(&script))?;

@@ -91,9 +91,12 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
     }
     match checked {
         Ok(scene) => scene.warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}"))),
-        Err(error) => console::message(&format!(
-            "warning: the scene was written, and is to be mended before it is solved: {error}"
-        )),
+        Err(error) => {
+            proposal.reader_warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+            console::message(&format!(
+                "warning: the scene was written, and is to be mended before it is solved: {error}"
+            ));
+        }
     }
     Ok(Exit::Done)
 }

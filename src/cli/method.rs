@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::exit::Failure;
+use crate::output::Language;
 use crate::solver::{ElementChoice, Method};
 
 /// How a scene is solved.
@@ -20,11 +21,18 @@ impl MethodChoice {
     /// The program chooses.
     pub const AUTO: MethodChoice = MethodChoice::By(Method::Auto);
 
+    fn name(self) -> &'static str {
+        match self {
+            MethodChoice::By(method) => method.name(),
+            MethodChoice::Radiosity => "radiosity",
+            MethodChoice::LightMesh => "light-mesh",
+        }
+    }
+
     /// The name of a method that traces no chains, and whose error is no matter of their chance.
     pub fn name_without_chains(self) -> Option<&'static str> {
         match self {
-            MethodChoice::Radiosity => Some("radiosity"),
-            MethodChoice::LightMesh => Some("light-mesh"),
+            MethodChoice::Radiosity | MethodChoice::LightMesh => Some(self.name()),
             MethodChoice::By(_) => None,
         }
     }
@@ -33,13 +41,22 @@ impl MethodChoice {
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance)";
-    let mut all =
-        Method::ALL.map(MethodChoice::By).into_iter().chain([MethodChoice::Radiosity, MethodChoice::LightMesh]);
-    let name = |choice: &MethodChoice| match choice {
-        MethodChoice::By(method) => method.name(),
-        choice => choice.name_without_chains().unwrap_or_default(),
-    };
-    all.find(|choice| name(choice) == text).ok_or_else(|| format!("no such method; {THERE}"))
+    all_methods().find(|choice| choice.name() == text).ok_or_else(|| format!("no such method; {THERE}"))
+}
+
+fn all_methods() -> impl Iterator<Item = MethodChoice> {
+    Method::ALL.map(MethodChoice::By).into_iter().chain([MethodChoice::Radiosity, MethodChoice::LightMesh])
+}
+
+/// The words that an option takes, for shells to complete; `None` where it is not one of a few.
+pub fn words_of(option: &str) -> Option<Vec<&'static str>> {
+    match option {
+        "method" => Some(all_methods().map(MethodChoice::name).collect()),
+        "elements" => Some(vec!["adaptive", "given"]),
+        "plots" => Some(vec!["svg", "png", "svg,png", "none"]),
+        "language" => Some(Language::all().into_iter().map(Language::code).collect()),
+        _ => None,
+    }
 }
 
 /// Reads which elements a map has, for clap.

@@ -186,23 +186,23 @@
     return best;
   };
   // Numbers as the tables of the page have them: as many digits as they are worth to a reader.
+  const say = (number, ...values) => about.readings[number].split("{}").map((words, k) => words + (values[k] ?? "")).join(""), local = (number) => number.replace(".", about.decimal_sign);
   const rounded = (x, digits) => x === 0 ? "0" : x.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(x)))));
-  const luxWords = (x) => rounded(x, 2), errorWords = (x) => rounded(x, /^[0.]*1/.test(x.toPrecision(2)) ? 2 : 1);
+  const luxWords = (x) => local(rounded(x, 2)), errorWords = (x) => local(rounded(x, /^[0.]*1/.test(x.toPrecision(2)) ? 2 : 1));
   const read = (x, y) => {
     const hit = pick(x, y);
     state.mark = hit?.at;
-    words.textContent = hit ? reading(hit) : "Nothing there. Pick a point to read it.";
+    words.textContent = hit ? reading(hit) : say(0);
     redraw();
   };
   const reading = ({ i, at, weights }) => {
     const [mean, direct, indirect, error] = means.map((codes) => lux(codes[i]));
-    const where = ["x", "y", "z"].map((axis, k) => `${axis} ${(Math.round(100 * (at[k] + middle[k])) / 100 + 0).toFixed(2)}`).join(", ");
-    const name = about.parts[part[i]];
-    if (Number.isNaN(mean)) return `${name}: no number here. At ${where} m.`;
-    if (mean < error) return `${name}: < ${luxWords(mean + 2 * error)} lx. At ${where} m.`;
-    const here = about.is_sloped && i < about.surface_facets
-      ? ` on this element, ${luxWords(weights.reduce((sum, weight, k) => sum + weight * lux(atCorners[k][i]), 0))} lx at the point` : "";
-    return `${name}: ${luxWords(mean)} ± ${errorWords(error)} lx${here}; direct ${luxWords(direct)} lx, indirect ${luxWords(indirect)} lx. At ${where} m.`;
+    const name = about.parts[part[i]], inMetres = (k) => local((Math.round(100 * (at[k] + middle[k])) / 100 + 0).toFixed(2));
+    const where = `x ${inMetres(0)}; y ${inMetres(1)}; z ${inMetres(2)}`;
+    if (Number.isNaN(mean)) return say(1, name, where);
+    if (mean < error) return say(2, name, luxWords(mean + 2 * error), where);
+    const here = luxWords(weights.reduce((sum, weight, k) => sum + weight * lux(atCorners[k][i]), 0)), told = [name, luxWords(mean), errorWords(error)];
+    return say(...about.is_sloped && i < about.surface_facets ? [4, ...told, here] : [3, ...told], luxWords(direct), luxWords(indirect), where);
   };
 
   const show = (quantity) => {
@@ -214,7 +214,7 @@
     find("[data-end]").value = Number(state.end.toPrecision(3));
     find(".ticks").replaceChildren(...[0, 1, 2, 3, 4, 5].map((k) => {
       const tick = document.createElement("span");
-      tick.textContent = `${k === 5 ? "≥ " : ""}${rounded(state.end * k / 5, 3).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")}${k === 5 ? " lx" : ""}`;
+      tick.textContent = `${k === 5 ? "≥ " : ""}${local(String(Number(rounded(state.end * k / 5, 3))))}${k === 5 ? " lx" : ""}`;
       return tick;
     }));
     fill();
@@ -222,7 +222,7 @@
   };
   const cut = (share) => {
     state.cut = share < 1 ? low[2] + share * (high[2] - low[2]) : 1e9; // Luminaires may hang above all surfaces.
-    find("[data-cut-words]").textContent = `${Math.min(state.cut, high[2]).toFixed(2)} m`;
+    find("[data-cut-words]").textContent = `${local(Math.min(state.cut, high[2]).toFixed(2))} m`;
     redraw();
   };
   const turn = (x, y) => { state.top = false; state.yaw -= x; state.pitch = Math.min(1.57, Math.max(-1.57, state.pitch + y)); redraw(); };

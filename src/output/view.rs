@@ -12,7 +12,7 @@ use super::numbers::{grouped, percent};
 use super::picture::escaped;
 use super::plan::{SMOOTH_COSINE, edges_with_triangles};
 use super::scale::end_of_scale_lx;
-use super::texts::{said, say, words};
+use super::texts::{decimal, said, say, words};
 use super::view_columns::{Columns, LuxCode, PlaceCode, SPAN};
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, ReceiverLayout, ReceiverSet, Scene, Side};
@@ -32,6 +32,15 @@ const MOST_LINES: usize = 20_000;
 const MOST_LUMINAIRES: usize = 2_000;
 /// What stands for the name of a surface that the report does not tell of.
 const UNNAMED: &str = words!("not in the tables");
+/// What the page says of a point that is picked, with places for names and numbers: of none, of one without a number, of one that is
+/// darker than its error, of an element or receiver, and of a point on an element.
+const READINGS: [&str; 5] = [
+    words!("Nothing there. Pick a point to read it."),
+    words!("{}: no number here. At {} m."),
+    words!("{}: < {} lx. At {} m."),
+    words!("{}: {} ± {} lx; direct {} lx, indirect {} lx. At {} m."),
+    words!("{}: {} ± {} lx on this element, {} lx at the point; direct {} lx, indirect {} lx. At {} m."),
+];
 /// Names that fit into a column.
 const MOST_PARTS: usize = 65_535;
 /// Size of a luminaire's mark, and of a receiver point that has no cell, as shares of the scene's size.
@@ -264,6 +273,8 @@ impl ViewPage {
             "ends_lx": ends_lx,
             "colors": (0..=STOPS).map(|stop| perceptual(f64::from(stop) / f64::from(STOPS))).collect::<Vec<_>>(),
             "parts": self.parts,
+            "readings": READINGS.map(said),
+            "decimal_sign": decimal(".".to_owned()),
         });
         (about, STANDARD.encode(columns.compressed()))
     }

@@ -50,6 +50,7 @@ pub(super) fn read(
         reads: 0,
         passed_over: 0,
         bent: 0,
+        aside: 0,
     };
     reader.scene(&document)?;
     reader.warn(&document, warnings);
@@ -140,6 +141,8 @@ struct GltfReader<'a> {
     passed_over: usize,
     /// Meshes with bones or targets.
     bent: usize,
+    /// Nodes with a mesh that are not of the scene.
+    aside: usize,
 }
 
 impl GltfReader<'_> {
@@ -167,6 +170,7 @@ impl GltfReader<'_> {
             let children: Vec<(Node, DMat4)> = node.children().map(|child| (child, placed)).collect();
             waiting.extend(children.into_iter().rev());
         }
+        self.aside = document.nodes().filter(|node| node.mesh().is_some() && !reached[node.index()]).count();
         Ok(())
     }
 
@@ -261,6 +265,8 @@ impl GltfReader<'_> {
         let scenes = document.scenes().len();
         if scenes > 1 {
             warnings.push(format!("{path}: one of {scenes} scenes was read, the default or first one"));
+        } else if self.aside > 0 {
+            warnings.push(format!("{path}: {} nodes with a mesh are of no scene and were passed over", self.aside));
         }
         if self.passed_over > 0 {
             warnings.push(format!(
@@ -362,14 +368,18 @@ pub(super) struct Appearance {
     pub is_emissive: bool,
 }
 
-/// Looks of all materials by the names of the parts that they make.
+/// What a file describes, without the numbers of its meshes.
 ///
 /// # Errors
 ///
 /// Damaged files.
-pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, Appearance>, SceneError> {
+pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<Document, SceneError> {
     let (json, _) = chunks(path, bytes)?;
-    let document = document(path, described(path, &json)?)?;
+    document(path, described(path, &json)?)
+}
+
+/// Looks of all materials by the names of the parts that they make.
+pub(super) fn appearances(document: &Document) -> HashMap<String, Appearance> {
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();
         let (color, has_texture, is_metal) = match material.pbr_specular_glossiness() {
@@ -391,7 +401,7 @@ pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, A
         };
         Some((material_name(&material)?, looks))
     };
-    Ok(document.materials().filter_map(appearance).collect())
+    document.materials().filter_map(appearance).collect()
 }
 
 /// The name of a primitive's material; its number where it has none.

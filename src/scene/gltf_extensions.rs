@@ -9,6 +9,8 @@ use super::error::SceneError;
 
 /// Positions in whole numbers.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
+/// What is read of each of these is all that concerns light.
+const READ: [&str; 3] = [QUANTIZATION, "KHR_materials_pbrSpecularGlossiness", "KHR_materials_transmission"];
 /// Beginnings of names of what surfaces look like: shaders, materials, textures and how these are stored.
 const LOOKS: [&str; 8] = [
     "KHR_materials_",
@@ -75,7 +77,16 @@ fn packed(path: &Path, name: &str) -> SceneError {
     SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0, or KHR_mesh_quantization", remedy)
 }
 
-/// Extensions in use whose part in the scene is passed over.
+/// Extensions in use whose part in the scene is passed over: those that are known to have one, and those that are not known at all.
 pub(super) fn passed_over(document: &gltf::Document) -> impl Iterator<Item = &str> {
-    document.extensions_used().filter(|name| OF_CONSEQUENCE.contains(name))
+    document.extensions_used().filter(|name| has_a_part(name))
+}
+
+/// The others in use that are not read, or not wholly: they say how surfaces look, or are notes.
+pub(super) fn not_needed(document: &gltf::Document) -> impl Iterator<Item = &str> {
+    document.extensions_used().filter(|name| !has_a_part(name) && !READ.contains(name))
+}
+
+fn has_a_part(name: &str) -> bool {
+    OF_CONSEQUENCE.contains(&name) || !may_be_passed_over(name)
 }

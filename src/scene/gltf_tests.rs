@@ -262,15 +262,20 @@ fn what_is_passed_over_and_matters_is_said() {
     ] {
         json.pointer_mut(list).and_then(Value::as_array_mut).expect(list).push(more);
     }
-    json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_ior"]);
+    json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_ior", "ACME_shape"]);
     let (shape, warnings) = read_glb(&json, &bytes).expect("valid");
     let said = warnings.join("\n");
-    for says in ["1 primitives of lines", "2 scenes", "\"Light oak\"", "KHR_lights_punctual"] {
+    for says in ["1 primitives of lines", "2 scenes", "\"Light oak\"", "KHR_lights_punctual", "ACME_shape"] {
         assert!(said.contains(says), "{says}: {said}");
     }
     assert!(!said.contains("KHR_materials_ior"), "{said}");
     let names: Vec<_> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
     assert_eq!(names, [Some("Light oak"), Some("material 2"), None]);
+
+    json["scenes"] = json!([{ "nodes": [0] }]);
+    json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0 }]);
+    let (_, warnings) = read_glb(&json, &bytes).expect("valid");
+    assert!(warnings.iter().any(|warning| warning.contains("1 nodes with a mesh are of no scene")), "{warnings:?}");
 }
 
 #[test]

@@ -27,6 +27,7 @@ mod mesh_builder;
 mod mesh_file;
 mod model;
 mod names;
+mod not_read;
 mod obj;
 mod observers;
 pub(crate) mod openings;

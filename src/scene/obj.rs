@@ -16,7 +16,9 @@ use super::shapes::GeometryShape;
 use super::under_way;
 
 /// Statements that say nothing of the shape's surfaces.
-const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "usemap", "maplib", "lod"];
+pub(super) const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", MATERIALS_FILE, "usemap", "maplib", "lod"];
+/// The statement that names a file of materials, which is not read.
+pub(super) const MATERIALS_FILE: &str = "mtllib";
 /// Statements of shapes without an area.
 const WITHOUT_AREA: [&str; 2] = ["l", "p"];
 

@@ -12,6 +12,11 @@ use super::mesh_builder::{MeshBuilder, refusal};
 use super::polygon::triangulate;
 use super::shapes::GeometryShape;
 
+/// The properties of a vertex that are read.
+pub(super) const PLACES: [&str; 3] = ["x", "y", "z"];
+/// The properties of a face that are read, whichever it has.
+pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
 /// Reads a mesh. Warnings say what was passed over and matters.
 ///
 /// # Errors
@@ -115,11 +120,8 @@ impl PropertyAccess for PlyVertex {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let axis = match name {
-            "x" => 0,
-            "y" => 1,
-            "z" => 2,
-            _ => return PropertyAccessResult::Ignored,
+        let Some(axis) = PLACES.iter().position(|place| *place == name) else {
+            return PropertyAccessResult::Ignored;
         };
         self.place[axis] = match property {
             Property::Char(number) => f64::from(number),
@@ -147,7 +149,7 @@ impl PropertyAccess for PlyFace {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !["vertex_indices", "vertex_index"].contains(&name) {
+        if !CORNERS.contains(&name) {
             return PropertyAccessResult::Ignored;
         }
         self.corners = match property {

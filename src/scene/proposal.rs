@@ -12,7 +12,7 @@ use super::mesh_builder::UNNAMED_PART;
 use super::proposed::{Proposal, ProposedMaterial};
 use super::reader::Source;
 use super::units::LengthUnit;
-use super::{mesh_file, parse, radiance_scene};
+use super::{mesh_file, not_read, parse, radiance_scene};
 
 /// Reflectance of what nothing is known of.
 const UNKNOWN_REFLECTANCE: f64 = 0.5;
@@ -65,11 +65,18 @@ pub fn propose_radiance_scene(models: &[&Path]) -> Result<Proposal, SceneError> 
 }
 
 fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneError> {
-    let mut warnings = Vec::new();
-    let shape = mesh_file::read(model, LengthUnit::of(0), &mut warnings)?;
+    let (mut warnings, mut reader_warnings) = (Vec::new(), Vec::new());
+    let shape = mesh_file::read(model, LengthUnit::of(0), &mut reader_warnings)?;
     let is_gltf = ["gltf", "glb"].contains(&ending);
-    let looks =
-        if is_gltf { gltf::appearances(model, &parse::read_bytes(model, "the glTF file")?)? } else { HashMap::new() };
+    let (looks, not_read) = if is_gltf {
+        let document = gltf::description(model, &parse::read_bytes(model, "the glTF file")?)?;
+        (gltf::appearances(&document), not_read::of_gltf(&document))
+    } else {
+        (HashMap::new(), not_read::of_mesh(model, ending)?)
+    };
+    if !not_read.is_empty() {
+        warnings.push(format!("not read: {}", not_read.join(", ")));
+    }
     if !is_gltf {
         warnings.push(
             "the file does not say in which unit its lengths are: they are taken for metres (length_unit)".to_owned(),
@@ -83,7 +90,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
             None if is_one => "surface".to_owned(),
             None => UNNAMED_PART.to_owned(),
         };
-        let (law, known) = proposed(looks.get(&name), is_gltf);
+        let (law, known) = proposed(looks.get(&name), ending);
         laws.insert(name.clone(), law.clone());
         by_part.insert(name.clone(), json!(name));
         materials.push(ProposedMaterial { name, surfaces: part.triangles.len(), law, known });
@@ -97,14 +104,19 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
         geometry["materials"] = Value::Object(by_part);
     }
     let bounds_m = bounds(shape.vertices.iter().copied());
-    Ok(Proposal { materials, laws, geometry: vec![geometry], warnings, bounds_m, ..Proposal::default() })
+    let geometry = vec![geometry];
+    Ok(Proposal { materials, laws, geometry, warnings, reader_warnings, bounds_m, ..Proposal::default() })
 }
 
 /// What a material's looks let expect that it does to light.
-fn proposed(looks: Option<&Appearance>, is_gltf: bool) -> (Value, String) {
+fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
     let diffuse = |reflectance: f64| json!({ "type": "diffuse", "reflectance": reflectance });
     let Some(looks) = looks else {
-        let why = if is_gltf { "the model says nothing of it" } else { "this kind of file says nothing of light" };
+        let why = match ending {
+            "gltf" | "glb" => "the model says nothing of it",
+            "stl" | "ply" => "this kind of file says nothing of light",
+            _ => "files of materials (mtllib) are not read",
+        };
         return (diffuse(UNKNOWN_REFLECTANCE), format!("not known: {why}"));
     };
     // Rec. 709, the colours of glTF.

@@ -29,6 +29,8 @@ pub struct Proposal {
     pub(super) bounds_m: [DVec3; 2],
     /// What was passed over, what stands in, what is to be looked at.
     pub warnings: Vec<String>,
+    /// What the reader of a mesh passed over; who reads the scene file is told it again.
+    pub reader_warnings: Vec<String>,
 }
 
 /// A material of a proposed scene.

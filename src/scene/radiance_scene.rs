@@ -20,6 +20,22 @@ const WEIGHTS: [f64; 3] = [0.265, 0.670, 0.065];
 const GLASS_INDEX: f64 = 1.52;
 /// Sides of a round surface: their prism has 0.3 % less area than the cylinder.
 const SIDES: u32 = 24;
+/// Kinds of what modifies a material and is none: patterns and textures.
+const PATTERNS: [&str; 9] = [
+    "brightdata",
+    "brightfunc",
+    "brighttext",
+    "colordata",
+    "colorfunc",
+    "colorpict",
+    "colortext",
+    "texdata",
+    "texfunc",
+];
+/// Kinds of what surfaces are not made of.
+const NO_MATERIALS: [&str; 3] = ["source", "instance", "mesh"];
+/// Reflectance of materials of a kind that is not read.
+const UNKNOWN_REFLECTANCE: f64 = 0.5;
 /// Roughness under which a lobe is as narrow as the scene file allows.
 const SMOOTH: f64 = 2e-3;
 
@@ -110,14 +126,18 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 let old = primitive.strings[0];
                 if let Some(material) = self.materials.get(old).cloned() {
                     self.materials.insert(primitive.name, material);
+                } else {
+                    self.modifiers.insert(primitive.name, old);
                 }
                 Ok(())
             }
             kind => {
                 let Some(converted) = self.material(primitive)? else {
                     self.passed_over.entry(kind).or_insert((0, primitive.name)).0 += 1;
-                    if !["source", "instance", "mesh"].contains(&kind) {
+                    if PATTERNS.contains(&kind) {
                         self.modifiers.insert(primitive.name, primitive.modifier);
+                    } else if !NO_MATERIALS.contains(&kind) {
+                        self.materials.insert(primitive.name, unknown(kind));
                     }
                     return Ok(());
                 };
@@ -398,6 +418,12 @@ impl<'s, 't> RadianceScene<'s, 't> {
             ..Proposal::default()
         })
     }
+}
+
+/// What stands in for a material of a kind that is not read.
+fn unknown(kind: &str) -> Converted {
+    let known = format!("not known: materials of type {} are not read", shortened(kind));
+    Converted { law: json!({ "type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE }), exitance_lm_m2: 0.0, known }
 }
 
 /// The photometric mean of red, green and blue.

@@ -62,6 +62,13 @@ pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) 
     Ok(shape)
 }
 
+/// The last bytes of each triangle of a binary file; of a text none.
+pub(super) fn bytes_behind_triangles(bytes: &[u8]) -> impl Iterator<Item = [u8; 2]> {
+    let is_text = bytes.trim_ascii_start().starts_with(SOLID.as_bytes()) && !bytes.contains(&0);
+    let triangles = if is_text { &[] } else { bytes.get(HEADER_BYTES..).unwrap_or_default() };
+    triangles.chunks_exact(TRIANGLE_BYTES).map(|triangle| [triangle[TRIANGLE_BYTES - 2], triangle[TRIANGLE_BYTES - 1]])
+}
+
 /// The solids of a text, each from its first line on.
 fn solids(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text.trim_start();

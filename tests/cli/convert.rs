@@ -135,6 +135,60 @@ fn base_colours_are_proposed_as_reflectances() {
     assert_eq!(scene["materials"]["Grey"]["reflectance"], 0.25);
 }
 
+/// A model's file may say much that no reader takes: each is named, once.
+#[test]
+fn what_is_not_read_of_a_model_is_named() {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nmtllib looks of it.mtl\nusemtl Oak\nf 1 2 3\n";
+    let header = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nproperty uchar green\nelement edge 1\nproperty int vertex1\nend_header";
+    let ply = format!("ply\nformat ascii 1.0\n{header}\n0 0 0 9\n1 0 0 9\n0 1 0 9\n3 0 1 2 9\n1\n");
+    let mut stl = format!("{:80}\u{1}\0\0\0{}", "from another program", "\0".repeat(36 + 12)).into_bytes();
+    stl[84 + 12 + 12 + 3] = 0x40;
+    stl[84 + 12 + 24 + 4 + 3] = 0x40;
+    stl.extend([31, 0]);
+    let stl = String::from_utf8(stl).expect("small numbers alone");
+    let gltf = r#"{ "asset": { "version": "2.0" }, "extensionsUsed": ["KHR_materials_sheen", "ACME_marks"], "scene": 0,
+      "scenes": [{ "nodes": [0, 1] }], "nodes": [{ "mesh": 0 }, { "camera": 0 }], "animations": [],
+      "cameras": [{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }],
+      "images": [{ "uri": "oak.png" }], "textures": [{ "source": 0 }],
+      "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "COLOR_0": 0 } }] }],
+      "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+      "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+      "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
+    let of_gltf = ["1 cameras", "1 textures", "COLOR_0 of vertices", "KHR_materials_sheen", "ACME_marks"];
+    for (model, file, named) in [
+        (
+            "a.obj",
+            triangle,
+            &["the materials of \"looks of it.mtl\"", "2 statements \"vt\"", "1 statements \"vn\""][..],
+        ),
+        ("a.ply", &ply, &["red of vertices", "green of faces", "1 elements \"edge\""]),
+        ("a.stl", &stl, &["two bytes behind each triangle"]),
+        ("a.gltf", gltf, &of_gltf),
+    ] {
+        let (_, output) = convert(model, file);
+        assert_eq!(code(&output), 0, "{model}: {}", errors(&output));
+        for words in named {
+            assert_eq!(errors(&output).matches(words).count(), 1, "{model}, {words}: {}", errors(&output));
+        }
+    }
+}
+
+/// A material of a kind that is not read stands in the list as not known; so does what is made by an alias of it.
+#[test]
+fn radiance_materials_of_other_kinds_are_told_as_not_known() {
+    let window = "void BSDF clear 6 0.0 clear.xml 0 0 1 . 0 0\nvoid alias pane clear\nvoid plastic a 0 0 5 .5 .5 .5 0 0\na polygon floor 0 0 9 0 0 0 1 0 0 0 1 0\nclear polygon south 0 0 9 0 0 0 1 0 0 0 0 1\npane polygon west 0 0 9 0 0 0 0 1 0 0 0 1\n";
+    let (home, output) = convert("window.rad", window);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    for material in ["clear", "pane"] {
+        let told = results(&output);
+        let row = told.lines().find(|line| line.starts_with(material)).unwrap_or_else(|| panic!("{material}: {told}"));
+        assert!(row.contains("not known: materials of type BSDF are not read"), "{row}");
+    }
+    assert!(errors(&output).contains("1 of type BSDF"), "{}", errors(&output));
+    let scene: Value = serde_json::from_str(&read(&home.path().join("scene.json"))).expect("JSON");
+    assert_eq!(scene["materials"]["pane"]["reflectance"], 0.5);
+}
+
 #[test]
 fn hostile_models_are_refused_and_nothing_is_written() {
     let polygon = "void plastic a 0 0 5 .5 .5 .5 0 0\na polygon p 0 0 9 0 0 0 1 0 0 0 1 0\n";

@@ -313,6 +313,10 @@ fn shells_get_their_completions() {
         assert_eq!(code(&output), 0);
         assert!(results(&output).contains("target-error"), "{shell}");
     }
+    // What an option takes is completed, where it is one of a few words.
+    for words in ["auto collision gather local local-naive radiosity light-mesh", "adaptive given", "en de"] {
+        assert!(results(&run(&["completions", "bash"])).contains(words), "{words}");
+    }
 }
 
 #[test]
