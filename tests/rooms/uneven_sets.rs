@@ -9,16 +9,19 @@ use crate::common::{scene_of, to_target_by};
 const LIT: usize = 8;
 const DIM: usize = 88;
 
-/// A room with a partition that leaves a gap of half a metre, in which an eye stands. The lamp is on one side.
+/// A room with a partition that leaves a gap of half a metre, in which an eye stands. The lamp is on one side. Something glossy outside of
+/// it lets `auto` take walks.
 fn seen_on_either_side() -> Scene {
     let lit = (0..LIT).map(|index| format!("[-1, {}, {}]", -0.4 - 0.05 * index as f64, 0.1 * (index % 4) as f64));
     let dim = (0..DIM).map(|index| format!("[{}, -1, {}]", 0.5 + 0.1 * (index % 11) as f64, 0.1 * (index / 11) as f64));
     let directions: Vec<String> = lit.chain(dim).collect();
     scene_of(&format!(
-        r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+        r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }},
+                            "gloss": {{ "type": "phong", "diffuse_reflectance": 0.3, "specular_reflectance": 0.2, "exponent": 10 }} }},
             "geometry": [
                 {{ "name": "room", "type": "box", "min": [0,0,0], "max": [8,4,3], "facing": "inward", "material": "m" }},
-                {{ "name": "partition", "type": "box", "min": [3.9,0,0], "max": [4.1,3.5,3], "material": "m" }} ],
+                {{ "name": "partition", "type": "box", "min": [3.9,0,0], "max": [4.1,3.5,3], "material": "m" }},
+                {{ "name": "elsewhere", "type": "box", "min": [20,0,0], "max": [21,1,1], "material": "gloss" }} ],
             "luminaires": [ {{ "name": "lamp", "type": "point", "position": [1,1,2.6], "luminous_flux_lm": 5000 }} ],
             "receivers": [ {{ "name": "eye", "type": "luminance", "position": [4,3.75,1], "directions": [{}] }} ] }}"#,
         directions.join(", ")
@@ -35,12 +38,14 @@ fn walks_go_where_points_scatter_and_no_mean_moves() {
     let mut rays = [0; 2];
     let mut means_cd_m2 = [[[0.0; 12]; 2]; 2];
     for (way, method) in [Method::Auto, Method::Collision].into_iter().enumerate() {
-        for seed in 0..12 {
+        let [lit, dim] = &mut means_cd_m2[way];
+        for (seed, (lit, dim)) in lit.iter_mut().zip(dim).enumerate() {
             let solution = to_target_by(&scene, method, seed as u64, MapSelection::Receivers, 0.01);
+            assert_eq!(solution.maps[0].method, "walk");
             rays[way] += solution.rays;
             let values = &solution.maps[0].values.illuminance_lx;
-            means_cd_m2[way][0][seed] = values[..LIT].iter().sum::<f64>() / LIT as f64;
-            means_cd_m2[way][1][seed] = values[LIT..].iter().sum::<f64>() / DIM as f64;
+            *lit = values[..LIT].iter().sum::<f64>() / LIT as f64;
+            *dim = values[LIT..].iter().sum::<f64>() / DIM as f64;
         }
     }
     assert!(5 * rays[1] > 8 * rays[0], "{rays:?}");
