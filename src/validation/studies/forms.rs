@@ -13,7 +13,7 @@ use super::world::{HALL_M, Lit, World, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
 use crate::validation::report::Table;
-use crate::validation::words::{percent, significant};
+use crate::validation::words::{percent, signed_percent, significant};
 
 /// Added to distances in m, so that the falloff has no pole: the 2001 paper's φ = Const + r.
 const FALLOFF_M: f64 = 1.0;
@@ -126,7 +126,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 interpolation.name().to_owned(),
                 significant(error * mean_lx, 3),
                 percent(error),
-                format!("{:+.2} %", 100.0 * (mean / mean_lx - 1.0)),
+                signed_percent(mean / mean_lx - 1.0),
             ]);
             if number == 0 {
                 lines.push(PlotLine::new(format!("{}, {}", form.name(), interpolation.name())));

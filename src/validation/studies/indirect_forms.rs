@@ -18,7 +18,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 use crate::validation::report::Table;
-use crate::validation::words::{percent, significant};
+use crate::validation::words::{percent, signed_percent, significant};
 
 /// Lamps of the hall along an edge.
 const LAMPS: usize = 3;
@@ -151,7 +151,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 interpolation.name().to_owned(),
                 significant(error * mean_lx, 3),
                 percent(error),
-                format!("{:+.2} %", 100.0 * (mean / mean_lx - 1.0)),
+                signed_percent(mean / mean_lx - 1.0),
             ]);
             if number == 0 {
                 lines.push(PlotLine::new(format!("{name}, {}", interpolation.name())));

@@ -14,7 +14,7 @@ use super::world::{Lit, World};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
-use crate::validation::words::{grouped, percent, significant};
+use crate::validation::words::{grouped, percent, signed_percent, significant};
 use depth_map::DepthMap;
 use wedges::Wedges;
 
@@ -160,7 +160,7 @@ pub fn shadow_rivals(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 significant(rms_lx, 3),
                 percent(rms_lx / mean_lx),
                 significant(worst_lx, 3),
-                format!("{:+.2} %", 100.0 * mean_off_lx / mean_lx).replace('-', "−"),
+                signed_percent(mean_off_lx / mean_lx),
                 significant(lit.rays as f64 * 1e-6, 3),
                 significant(lit.seconds, 3),
             ]
