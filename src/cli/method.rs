@@ -52,20 +52,21 @@ fn all_methods() -> impl Iterator<Item = MethodChoice> {
 pub fn words_of(option: &str) -> Option<Vec<&'static str>> {
     match option {
         "method" => Some(all_methods().map(MethodChoice::name).collect()),
-        "elements" => Some(vec!["adaptive", "given"]),
+        "elements" => Some(ELEMENT_CHOICES.iter().map(|(name, _)| *name).collect()),
         "plots" => Some(vec!["svg", "png", "svg,png", "none"]),
         "language" => Some(Language::all().into_iter().map(Language::code).collect()),
         _ => None,
     }
 }
 
+/// Which elements a map has, by name.
+const ELEMENT_CHOICES: [(&str, ElementChoice); 2] =
+    [("adaptive", ElementChoice::Adaptive), ("given", ElementChoice::Given)];
+
 /// Reads which elements a map has, for clap.
 pub fn elements(text: &str) -> Result<ElementChoice, String> {
-    match text {
-        "adaptive" => Ok(ElementChoice::Adaptive),
-        "given" => Ok(ElementChoice::Given),
-        _ => Err("elements are adaptive or given".to_owned()),
-    }
+    let named = ELEMENT_CHOICES.into_iter().find(|(name, _)| *name == text);
+    named.map(|(_, choice)| choice).ok_or_else(|| "elements are adaptive or given".to_owned())
 }
 
 /// Formats of plots.

@@ -61,10 +61,7 @@ impl DaylightFactors {
         places.sort_by(|one, other| one.0.value.total_cmp(&other.0.value));
         let targets_percent = [targets.target_percent, targets.minimum_percent];
         let average_percent = factor(row.average_lx);
-        let shares_above = targets_percent.map(|target_percent| match unlit_share(average_percent, target_percent) {
-            Some(share) => share,
-            None => share_above(&places, target_percent),
-        });
+        let shares_above = targets_percent.map(|target| known_share_above(&places, average_percent, target));
         Some(DaylightFactors {
             name: map.name.clone(),
             outside_lx,
@@ -111,7 +108,7 @@ fn component_means(
             (Estimate { value: percent * sky.value, standard_error: percent * sky.standard_error }, *weight)
         })
         .collect();
-    let seen = unlit_share(average_percent, NO_SKY_PERCENT).unwrap_or_else(|| share_above(&skies, NO_SKY_PERCENT));
+    let seen = known_share_above(&skies, average_percent, NO_SKY_PERCENT);
     Some(ComponentMeans { percents, without_sky: Estimate { value: 1.0 - seen.value, ..seen } })
 }
 
@@ -175,6 +172,11 @@ fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
         variance += (weight / all).powi(2) * above * (1.0 - above);
     }
     Estimate { value: share / all, standard_error: variance.sqrt() }
+}
+
+/// The share of the area above a limit, whether light was found or not.
+fn known_share_above(places: &[(Estimate, f64)], average: Estimate, limit: f64) -> Estimate {
+    unlit_share(average, limit).unwrap_or_else(|| share_above(places, limit))
 }
 
 /// The share of the area above a limit where no light was found yet, `None` where some was: places have no errors of their own then, and what may have been

@@ -25,7 +25,7 @@ pub use judge::{Judgement, judge};
 pub use pieces::Piece;
 pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
-pub use residuals::{CellsError, Left, Measured, MeasuredPart, ResidualState, Residuals};
+pub use residuals::{CellsError, Left, Measured, MeasuredPart, ResidualState, Residuals, half_squares};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};

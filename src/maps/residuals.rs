@@ -389,14 +389,19 @@ impl Residuals {
     }
 }
 
-/// Squared standard error of the mean over all replicas by their spread within the halves, whose cells they share.
-pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
-    let of_half = |parity: usize| {
+/// Sums of squared deviations of the even and of the odd replicas, each from the mean of its half.
+pub fn half_squares(value: impl Fn(usize) -> f64) -> [f64; 2] {
+    [0, 1].map(|parity| {
         let half = || (parity..REPLICAS).step_by(2);
         let mean = half().map(&value).sum::<f64>() / HALF as f64;
-        half().map(|replica| (value(replica) - mean).powi(2)).sum::<f64>()
-    };
-    (of_half(0) + of_half(1)) / (4 * HALF * (HALF - 1)) as f64
+        half().map(|replica| (value(replica) - mean).powi(2)).sum()
+    })
+}
+
+/// Squared standard error of the mean over all replicas by their spread within the halves, whose cells they share.
+pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
+    let [even, odd] = half_squares(value);
+    (even + odd) / (4 * HALF * (HALF - 1)) as f64
 }
 
 /// What replicas say of one scale, in lx².

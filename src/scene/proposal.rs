@@ -9,13 +9,11 @@ use serde_json::{Map, Value, json};
 use super::error::SceneError;
 use super::gltf::{self, Appearance};
 use super::mesh_builder::UNNAMED_PART;
-use super::proposed::{Proposal, ProposedMaterial};
+use super::proposed::{Proposal, ProposedMaterial, UNKNOWN_REFLECTANCE};
 use super::reader::Source;
 use super::units::LengthUnit;
 use super::{mesh_file, not_read, parse, radiance_scene};
 
-/// Reflectance of what nothing is known of.
-const UNKNOWN_REFLECTANCE: f64 = 0.5;
 /// Most that a colour is taken to reflect: the whitest paints do not reflect more.
 const WHITEST: f64 = 0.9;
 

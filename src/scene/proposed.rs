@@ -5,6 +5,8 @@ use serde_json::{Map, Value, json};
 
 use super::names::place_words;
 
+/// Reflectance of what nothing is known of.
+pub(super) const UNKNOWN_REFLECTANCE: f64 = 0.5;
 /// Name of the lamp that stands in where a model has none.
 pub const STAND_IN: &str = "stand-in";
 /// Its flux in lm.

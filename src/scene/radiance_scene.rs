@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::error::SceneError;
 use super::limits::{MOST_CORNERS, MOST_MESH_TRIANGLES};
-use super::proposed::{Proposal, ProposedMaterial};
+use super::proposed::{Proposal, ProposedMaterial, UNKNOWN_REFLECTANCE};
 use super::radiance::{self, Primitive};
 use super::reader::{Source, shortened};
 
@@ -34,8 +34,6 @@ const PATTERNS: [&str; 9] = [
 ];
 /// Kinds of what surfaces are not made of.
 const NO_MATERIALS: [&str; 3] = ["source", "instance", "mesh"];
-/// Reflectance of materials of a kind that is not read.
-const UNKNOWN_REFLECTANCE: f64 = 0.5;
 /// Roughness under which a lobe is as narrow as the scene file allows.
 const SMOOTH: f64 = 2e-3;
 

@@ -25,10 +25,9 @@ const SOLID: &str = "solid";
 /// Files that are damaged or cut short, corners at no finite place, and files without a triangle.
 pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut mesh = MeshBuilder::default();
-    let said =
-        bytes.get(HEADER_BYTES - 4..HEADER_BYTES).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
-    let needed = said.map(|count| HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(count));
-    if needed == Some(bytes.len() as u64) || !bytes.trim_ascii_start().starts_with(SOLID.as_bytes()) {
+    let said = triangles_said(&bytes);
+    let needed = said.map(bytes_needed);
+    if is_binary(&bytes) {
         let Some(needed) = needed.filter(|needed| *needed <= bytes.len() as u64) else {
             let expected = match needed {
                 Some(needed) => {
@@ -62,10 +61,25 @@ pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) 
     Ok(shape)
 }
 
+/// Whether a file is binary: as long as its header says, or without the word that texts begin with.
+fn is_binary(bytes: &[u8]) -> bool {
+    let is_as_long = triangles_said(bytes).map(bytes_needed) == Some(bytes.len() as u64);
+    is_as_long || !bytes.trim_ascii_start().starts_with(SOLID.as_bytes())
+}
+
+/// Triangles of a binary file, as its header says; `None` of one without a whole header.
+fn triangles_said(bytes: &[u8]) -> Option<u32> {
+    bytes.get(HEADER_BYTES - 4..HEADER_BYTES).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes)
+}
+
+/// Bytes of a binary file of so many triangles.
+fn bytes_needed(triangles: u32) -> u64 {
+    HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(triangles)
+}
+
 /// The last bytes of each triangle of a binary file; of a text none.
 pub(super) fn bytes_behind_triangles(bytes: &[u8]) -> impl Iterator<Item = [u8; 2]> {
-    let is_text = bytes.trim_ascii_start().starts_with(SOLID.as_bytes()) && !bytes.contains(&0);
-    let triangles = if is_text { &[] } else { bytes.get(HEADER_BYTES..).unwrap_or_default() };
+    let triangles = if is_binary(bytes) { bytes.get(HEADER_BYTES..).unwrap_or_default() } else { &[] };
     triangles.chunks_exact(TRIANGLE_BYTES).map(|triangle| [triangle[TRIANGLE_BYTES - 2], triangle[TRIANGLE_BYTES - 1]])
 }
 

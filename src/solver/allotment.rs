@@ -35,12 +35,9 @@ impl Allotment {
 
     /// Variance of a pass over the map's points, over that of one walk from each.
     pub fn variance_of_a_pass(&self, variances: &[[f64; 2]]) -> f64 {
-        let [mut left, mut all] = [0.0; 2];
-        for (point, [even, odd]) in variances.iter().enumerate() {
-            left += (even + odd) / self.of(point) as f64;
-            all += even + odd;
-        }
-        if all > 0.0 { left / all } else { 1.0 }
+        let both = of_both(variances);
+        let all: f64 = both.iter().sum();
+        if all > 0.0 { self.left(&both) / all } else { 1.0 }
     }
 
     /// How many times less work a better one takes, where the even and the odd half each know the variance of a walk from every point,
@@ -56,10 +53,11 @@ impl Allotment {
         if gain.is_nan() { 1.0 } else { gain }
     }
 
-    /// A better one, if it takes far less work. This share of the work to come would be done by now, and is given up.
-    pub fn improved(&self, variances: &[[f64; 2]], done: f64) -> Option<Allotment> {
-        let both: Vec<f64> = variances.iter().map(|[even, odd]| 0.5 * (even + odd)).collect();
-        ((1.0 - done) * self.gain(variances) > WORTHWHILE).then(|| Allotment::fitting(&both))
+    /// A better one and how many times less work it takes, if that is far less. This share of the work to come would be done by now,
+    /// and is given up.
+    pub fn improved(&self, variances: &[[f64; 2]], done: f64) -> Option<(Allotment, f64)> {
+        let gain = self.gain(variances);
+        ((1.0 - done) * gain > WORTHWHILE).then(|| (Allotment::fitting(&of_both(variances)), gain))
     }
 
     /// The one of least work for points of such variances.
@@ -80,9 +78,18 @@ impl Allotment {
 
     /// Work to a fixed variance, but for a factor: walks of a pass times the variance that it leaves.
     fn work(&self, variances: &[f64]) -> f64 {
-        let left: f64 = variances.iter().enumerate().map(|(point, variance)| variance / self.of(point) as f64).sum();
-        self.of_all(variances.len()) as f64 * left
+        self.of_all(variances.len()) as f64 * self.left(variances)
     }
+
+    /// Variance that a pass leaves, summed over the points.
+    fn left(&self, variances: &[f64]) -> f64 {
+        variances.iter().enumerate().map(|(point, variance)| variance / self.of(point) as f64).sum()
+    }
+}
+
+/// Variances as both halves tell them together.
+fn of_both(variances: &[[f64; 2]]) -> Vec<f64> {
+    variances.iter().map(|[even, odd]| 0.5 * (even + odd)).collect()
 }
 
 #[cfg(test)]
@@ -105,7 +112,7 @@ mod tests {
         // times less work; what whole numbers and caution leave of that is more than 3.
         let variances: Vec<f64> = (0..100).map(|point| if point % 10 == 3 { 400.0 } else { 1.0 }).collect();
         let of_halves: Vec<[f64; 2]> = variances.iter().map(|variance| [*variance; 2]).collect();
-        let allotment = Allotment::default().improved(&of_halves, 0.05).expect("far better");
+        let (allotment, _) = Allotment::default().improved(&of_halves, 0.05).expect("far better");
         assert!(allotment.of(3) >= 5 && allotment.of(4) == 1, "{allotment:?}");
         assert!(Allotment::default().work(&variances) > 3.0 * allotment.work(&variances));
         // Where most of the work is done it is not worth giving up; and it is not improved upon by what it was made of.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Context, Engine, Job, Method, Tally, after_sweep, slice_of_sweep};
-use crate::maps::{HALF, MapKind, REPLICAS};
+use crate::maps::{MapKind, half_squares};
 use crate::solver::cells::regions_of;
 use crate::solver::guide::Guide;
 use crate::solver::pilot::{DirectShare, PartCost};
@@ -51,12 +51,12 @@ impl Job {
             return;
         }
         let variances = self.variances_of_walks();
-        let gain = self.walking.allotment.gain(&variances);
         if needed >= WORK_LEFT.end {
+            let gain = self.walking.allotment.gain(&variances);
             self.walking.to_come = (1.0 / gain + 1.0 / WORK_LEFT.end).min(1.0);
             return;
         }
-        let Some(better) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
+        let Some((better, gain)) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
             return;
         };
         let variance = better.variance_of_a_pass(&variances);
@@ -90,12 +90,10 @@ impl Job {
 
     /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor.
     fn variances_of_walks(&self) -> Vec<[f64; 2]> {
-        let variance = |entry: usize, half: usize| {
-            let sums_lx = || (half..REPLICAS).step_by(2).map(|replica| self.map.indirect[replica][entry]);
-            let mean_lx = sums_lx().sum::<f64>() / HALF as f64;
-            let of_a_pass = sums_lx().map(|sum_lx| (sum_lx - mean_lx).powi(2)).sum::<f64>();
-            self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass
+        let variances = |entry: usize| {
+            let of_passes = half_squares(|replica| self.map.indirect[replica][entry]);
+            of_passes.map(|of_a_pass| self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass)
         };
-        (0..self.map.len()).map(|entry| [variance(entry, 0), variance(entry, 1)]).collect()
+        (0..self.map.len()).map(variances).collect()
     }
 }
