@@ -22,7 +22,7 @@ const SHARE_OF_CHANCE: f64 = 0.75;
 /// These, and what follows, were measured in the rooms of even seeds of the proving ground to 3 and 1 %. In some, cells are far better
 /// than a pilot of walks can tell.
 const DEVIATION_BY_PILOT: f64 = 0.5;
-const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.6;
+const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.7;
 const DEVIATION_OF_LOOK: f64 = 0.15;
 const DEVIATION_OF_COUNTS: f64 = 0.05;
 const DEVIATION_OF_PLAN: f64 = 0.3;
@@ -226,7 +226,9 @@ impl Job {
                 let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
-                let beyond_look = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
+                let hoped = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
+                // Half of the maps walk in the end: in the middle between what is hoped for and that.
+                let beyond_look = (hoped * self.rays_without_gathering(context, error_lx)).sqrt();
                 (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
             }
             (Some(plan), Engine::Local(_)) => {

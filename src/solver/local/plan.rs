@@ -31,7 +31,7 @@ const MOST_PAIRS: usize = 2_000_000;
 const MOST_VERTICES: usize = 400_000;
 /// Of a pilot that traces its connections: entries at most, and share of the work at stake that its connections may take.
 const MOST_TRACED_ENTRIES: usize = 32;
-const SHARE_OF_TRACING: f64 = 0.05;
+const SHARE_OF_TRACING: f64 = 0.02;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;

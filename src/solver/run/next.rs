@@ -3,7 +3,7 @@
 use super::standing::Stand;
 use super::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
 use crate::solver::StopReason;
-use crate::solver::job::{Engine, Job};
+use crate::solver::job::Job;
 
 impl Run<'_> {
     /// The job to go on with: of those that still have work, the bound one of whose work the least share is done, so that the largest of
@@ -54,13 +54,13 @@ impl Run<'_> {
         self.context.stage.selection_rays() + self.standing.all_rays().unwrap_or_else(sum)
     }
 
-    /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. None of a map that walks,
-    /// connects or counts before its first look, which takes little and tells far more than its pilot.
+    /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. None of a map before its first
+    /// look, which takes little and tells far more than its pilot.
     fn share_done(&self, job: &Job) -> f64 {
         let rays = job.work.rays as f64;
         match self.left_of(job) {
             _ if job.work.rays == 0 => 0.0,
-            _ if job.engine != Engine::Gather && !job.has_been_judged() => 0.0,
+            _ if !job.has_been_judged() => 0.0,
             Some(left) if left.expected.is_finite() => rays / (rays + left.expected),
             _ => 0.5,
         }
