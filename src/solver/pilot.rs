@@ -33,7 +33,7 @@ const LEAST_SAMPLES_OF_ALL: u64 = 64 * LEAST_SAMPLES;
 const SAMPLES_IN_HASTE: u64 = 2;
 /// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
 /// a few times too little. So many times more at most from one try to the next.
-const SHARE_OF_WORK: f64 = 0.01;
+const SHARE_OF_WORK: f64 = 0.005;
 const MOST_GROWTH_OF_WALKS: f64 = 8.0;
 /// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
 const MOST_RAYS_THAT_COUNT: f64 = 5.0;
