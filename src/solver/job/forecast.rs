@@ -273,11 +273,13 @@ impl Job {
         let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt());
-        // What the pilot said counts the more the less the look tells.
+        // What the pilot said counts the more the less the look tells, and the less the farther it is from that: it may have missed
+        // what few walks or chains bring.
         match self.rays_by_pilot(context, target) {
             Some((rays, of_pilot)) => {
                 let rays = rays * passing / needed;
-                Forecast::pooled([(all, of_look), (rays, of_pilot.hypot(of_chance))]).less(done)
+                let of_pilot = of_pilot.hypot(of_chance).hypot((all / rays).ln());
+                Forecast::pooled([(all, of_look), (rays, of_pilot)]).less(done)
             }
             None => Forecast::spread(all, of_look).less(done),
         }

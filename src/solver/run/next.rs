@@ -54,15 +54,17 @@ impl Run<'_> {
         self.context.stage.selection_rays() + self.standing.all_rays().unwrap_or_else(sum)
     }
 
-    /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. None of a map before its first
-    /// look, which takes little and tells far more than its pilot.
+    /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. A first look takes little and tells
+    /// far more than a pilot: maps that have not begun come before all others, and then those before their first look, of which less
+    /// than nothing is done, the more is to be done, the less.
     fn share_done(&self, job: &Job) -> f64 {
         let rays = job.work.rays as f64;
-        match self.left_of(job) {
-            _ if job.work.rays == 0 => 0.0,
-            _ if !job.has_been_judged() => 0.0,
-            Some(left) if left.expected.is_finite() => rays / (rays + left.expected),
-            _ => 0.5,
+        let left = self.left_of(job).map(|left| left.expected).filter(|left| left.is_finite());
+        match left {
+            _ if job.work.rays == 0 => f64::NEG_INFINITY,
+            left if !job.has_been_judged() => -left.unwrap_or(1.0),
+            Some(left) => rays / (rays + left),
+            None => 0.5,
         }
     }
 
