@@ -62,5 +62,9 @@ mod tests {
         picture.words(Words::new("Ē ≥ 5 ✓ \u{1f600}", [10.0, 20.0], 12.0).turned(-90.0).rimmed(1.0));
         let one = figure(&picture, "below");
         assert_eq!([1, 2, 3, 4].map(|count| pages(&one.repeat(count))), [1, 1, 2, 2]);
+        // Two fill a page; where few words follow, up to the next heading, they give way.
+        let with_items = |count: usize| one.repeat(2) + &"<li>a line</li>".repeat(count);
+        assert_eq!([4, 10, 14].map(|count| pages(&with_items(count))), [1, 1, 2]);
+        assert_eq!(pages(&format!("{}<h2>Next</h2>", with_items(4))), 2, "a heading is not asked to stay");
     }
 }

@@ -141,7 +141,8 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
     )
 }
 
-/// Which tasks the entries are of, and what they ask of the luminaires' colour rendering, which is not computed; empty where none is asked.
+/// Which tasks the entries are of, what they ask of the luminaires' colour rendering, which is not computed, and where their numbers are
+/// from; empty where none is asked.
 fn entries_asked(verdicts: &[Verdict]) -> String {
     let mut asked: Vec<&StandardEntry> = Vec::new();
     for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
@@ -156,7 +157,15 @@ fn entries_asked(verdicts: &[Verdict]) -> String {
             .map(|ra| say!("; it asks of the luminaires R<sub>a</sub> ≥ {} too, which is not computed", ra));
         format!(" {task}{}.", rendering.unwrap_or_default())
     });
-    told.collect()
+    let told: String = told.collect();
+    if told.is_empty() {
+        return told;
+    }
+    let source = say!(
+        "Numbers of entries were written down from knowledge of the standards; a number that the scene file gives takes the place of an \
+         entry's."
+    );
+    format!("{told} {source}")
 }
 
 /// What of the room is meant, where it is not the task area.

@@ -15,11 +15,16 @@ const END: f64 = A4[1] - BOTTOM;
 /// Sizes of type in points.
 const BODY: f64 = 9.6;
 const HEADINGS: [f64; 3] = [20.0, 13.0, 10.6];
+const ITEM: f64 = 0.95 * BODY;
 const TABLE: f64 = 8.6;
 const SMALL: f64 = 0.87;
 const LOW: f64 = 0.72;
 /// Height of a line over its type.
 const LINE: f64 = 1.42;
+/// Room below a paragraph, over its type.
+const BELOW_WORDS: f64 = 0.45;
+/// How far words of a list stand in, in points.
+const ITEM_INDENT: f64 = 10.0;
 /// Lines for which there is room where words begin a list, so that they do not stand alone.
 const LINES_BEFORE_LIST: f64 = 3.0;
 /// Room below a heading without which it goes to the next page.
@@ -30,9 +35,14 @@ const ROOM_TO_GO_ON: f64 = 260.0;
 const ALONE: f64 = 330.0;
 const BESIDE: f64 = 205.0;
 const TALL: f64 = 500.0;
+/// Sizes of pictures that are tried, so that what stands with them ends on their page.
+const SIZES: [f64; 6] = [1.0, 0.95, 0.9, 0.85, 0.8, 0.75];
 /// Between columns of a table, and of pictures.
 const GAP: f64 = 9.0;
 const GUTTER: f64 = 16.0;
+/// Above and below a row of pictures.
+const ABOVE_FIGURES: f64 = 4.0;
+const BELOW_FIGURES: f64 = 6.0;
 /// Points for a pixel of a picture that is shown as large as it was drawn.
 const POINTS: f64 = 0.75;
 /// Smallest type of a table that is too wide.
@@ -86,7 +96,7 @@ impl Layout {
                         self.turn();
                     }
                     let company = match blocks.get(index + 1) {
-                        Some(PageBlock::Figures(figures, tall)) => row_height(&figures[..figures.len().min(2)], *tall),
+                        Some(PageBlock::Figures(figures, tall)) => first_row_height(figures, *tall),
                         Some(PageBlock::Terms(terms)) => terms_height(terms) + BODY * LINE,
                         Some(PageBlock::Heading(..)) => COMPANY + 20.0,
                         _ => COMPANY,
@@ -104,9 +114,23 @@ impl Layout {
                 PageBlock::Terms(terms) => self.terms(terms),
                 PageBlock::Table(table) => self.table(table),
                 PageBlock::Signatures(lines) => self.signatures(lines),
-                PageBlock::Figures(figures, tall) => self.figures(figures, *tall),
+                PageBlock::Figures(figures, tall) => {
+                    let size = self.size_of_figures(figures, *tall, &blocks[index..]);
+                    self.figures(figures, *tall, size);
+                }
             }
         }
+    }
+
+    /// How large the pictures that come next are set: smaller where they and all up to the next heading then end on the page that they
+    /// begin on, since a few words on a page of their own are worse than smaller pictures.
+    fn size_of_figures(&self, figures: &[Figure], tall: bool, blocks: &[PageBlock]) -> f64 {
+        let fitting = |room: f64| {
+            SIZES.into_iter().find(|size| height_to_heading(blocks, *size).is_some_and(|height| height <= room))
+        };
+        let begins_here = self.y + first_row_height(figures, tall) + ABOVE_FIGURES + BELOW_FIGURES <= END;
+        let on_next_page = || if begins_here { None } else { fitting(END - TOP) };
+        fitting(END - self.y).or_else(on_next_page).unwrap_or(1.0)
     }
 
     /// The file, with page numbers.
@@ -148,14 +172,14 @@ impl Layout {
             self.y += height;
             self.line(&line, SIDE + indent, self.y - 0.4 * size);
         }
-        self.y += 0.45 * size;
+        self.y += BELOW_WORDS * size;
     }
 
     fn item(&mut self, runs: &[TextRun]) {
         self.need(BODY * LINE);
         let how = Type { size: BODY, bold: false, ink: BLACK, turn_deg: 0.0, rim: 0.0 };
         self.paper.set(self.page, "·", [SIDE + 3.0, self.y + BODY * LINE - 0.4 * BODY], &how);
-        self.words(runs, BODY * 0.95, 10.0);
+        self.words(runs, ITEM, ITEM_INDENT);
     }
 
     fn typed(&mut self, text: &str) {
@@ -258,29 +282,28 @@ impl Layout {
         self.paper.draw(self.page, &[line], None, Some(PaperStroke { ink, width, opacity: 1.0, dash: None }));
     }
 
-    fn figures(&mut self, figures: &[Figure], tall: bool) {
+    fn figures(&mut self, figures: &[Figure], tall: bool, size: f64) {
+        let is_alone = figures.len() == 1;
         for pair in figures.chunks(2) {
-            let is_alone = figures.len() == 1;
-            self.need(row_height(if is_alone { figures } else { pair }, tall) + 8.0);
-            self.y += 4.0;
+            self.need(ABOVE_FIGURES + row_height(pair, is_alone, tall, size));
+            self.y += ABOVE_FIGURES;
             let (begin, mut end) = (self.y, self.y);
             for (place, figure) in pair.iter().enumerate() {
-                let column = if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) };
-                let x = SIDE + place as f64 * (column + GUTTER);
-                end = end.max(self.figure(figure, [x, begin], column, is_alone, tall));
+                let x = SIDE + place as f64 * (figure_column(is_alone) + GUTTER);
+                end = end.max(self.figure(figure, [x, begin], is_alone, tall, size));
             }
-            self.y = end + 6.0;
+            self.y = end + BELOW_FIGURES;
         }
     }
 
     /// Draws a figure from a corner on; returns where it ends.
-    fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], column: f64, is_alone: bool, tall: bool) -> f64 {
-        let mut y = top;
+    fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], is_alone: bool, tall: bool, size: f64) -> f64 {
+        let (column, mut y) = (figure_column(is_alone), top);
         for line in lines(&words(&bold(&figure.title), HEADINGS[2]), column) {
             y += HEADINGS[2] * LINE;
             self.line(&line, x, y - 0.4 * HEADINGS[2]);
         }
-        let scale = scale_of(figure, column, is_alone, tall);
+        let scale = size * scale_of(figure, is_alone, tall);
         drawing::draw(&mut self.paper, self.page, figure.svg, [x, y], scale);
         y += drawing::size(figure.svg)[1] * scale + 2.0;
         for line in lines(&words(&figure.caption, SMALL * BODY), column) {
@@ -490,24 +513,52 @@ fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
     }
 }
 
-fn scale_of(figure: &Figure, column: f64, is_alone: bool, tall: bool) -> f64 {
+/// Width that a picture alone, or one of two side by side, may take.
+fn figure_column(is_alone: bool) -> f64 {
+    if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) }
+}
+
+/// Scale of a picture that nothing asks to be smaller.
+fn scale_of(figure: &Figure, is_alone: bool, tall: bool) -> f64 {
     let [width, height] = drawing::size(figure.svg);
     let highest = match (tall, is_alone) {
         (true, _) => TALL,
         (false, true) => ALONE,
         (false, false) => BESIDE,
     };
-    (column / width).min(highest / height).min(POINTS)
+    (figure_column(is_alone) / width).min(highest / height).min(POINTS)
 }
 
 /// Height of figures side by side, with their words.
-fn row_height(figures: &[Figure], tall: bool) -> f64 {
-    let is_alone = figures.len() == 1;
-    let column = if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) };
+fn row_height(row: &[Figure], is_alone: bool, tall: bool, size: f64) -> f64 {
+    let column = figure_column(is_alone);
     let height = |figure: &Figure| {
         let title = lines(&words(&figure.title, HEADINGS[2]), column).len() as f64 * HEADINGS[2] * LINE;
         let caption = lines(&words(&figure.caption, SMALL * BODY), column).len() as f64 * SMALL * BODY * LINE;
-        title + caption + drawing::size(figure.svg)[1] * scale_of(figure, column, is_alone, tall) + 6.0
+        title + caption + drawing::size(figure.svg)[1] * size * scale_of(figure, is_alone, tall) + 2.0
     };
-    figures.iter().map(height).fold(0.0, f64::max)
+    row.iter().map(height).fold(0.0, f64::max)
+}
+
+/// Height of the first row of pictures that nothing asks to be smaller.
+fn first_row_height(figures: &[Figure], tall: bool) -> f64 {
+    figures.chunks(2).next().map_or(0.0, |row| row_height(row, figures.len() == 1, tall, 1.0))
+}
+
+/// Height of pictures of a size and of words, up to the next heading; `None` where other things stand among them.
+fn height_to_heading(blocks: &[PageBlock], size: f64) -> Option<f64> {
+    let words_height = |runs: &[TextRun], type_size: f64, indent: f64| {
+        (lines(&words(runs, type_size), WIDTH - indent).len() as f64 * LINE + BELOW_WORDS) * type_size
+    };
+    let section = blocks.iter().take_while(|block| !matches!(block, PageBlock::Heading(..)));
+    let heights = section.map(|block| match block {
+        PageBlock::Words(runs) => Some(words_height(runs, BODY, 0.0)),
+        PageBlock::Item(runs) => Some(words_height(runs, ITEM, ITEM_INDENT)),
+        PageBlock::Figures(figures, tall) => {
+            let row = |row| ABOVE_FIGURES + row_height(row, figures.len() == 1, *tall, size) + BELOW_FIGURES;
+            Some(figures.chunks(2).map(row).sum())
+        }
+        _ => None,
+    });
+    heights.sum()
 }

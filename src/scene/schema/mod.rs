@@ -231,7 +231,7 @@ struct Requirements {
     /// Glare rating of the worst observer, at most.
     #[schemars(range(min = 10.0, max = 40.0))]
     ugr: Option<f64>,
-    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
+    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011). Numbers beside it take the place of its own.
     en_12464_1: Option<String>,
     /// Class of EN 12193 of ball games in halls: "I", "II" or "III".
     en_12193: Option<String>,
