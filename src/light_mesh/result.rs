@@ -286,10 +286,13 @@ pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl F
 fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weights: &[f64]) -> Vec<TableRow> {
     let mut rows = Vec::new();
     for (id, surface) in scene.surfaces.iter().enumerate() {
-        let cells = elements.cells_of_surface(scene, id as u32);
+        let range = elements.of_surface(scene, id as u32);
         for side in [Side::Front, Side::Back] {
-            let of_side: Vec<usize> =
-                cells.clone().filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+            let of_side: Vec<usize> = range
+                .clone()
+                .filter(|index| elements.element(*index).side == side)
+                .map(|index| index as usize)
+                .collect();
             if of_side.is_empty() {
                 continue;
             }
