@@ -179,22 +179,14 @@ fn rooms_do_not_know_what_is_not_theirs() {
 
 /// Files that still import each other in circles.
 const CIRCLES: &[&str] = &[
-    "cli/checkpoint",
-    "cli/dry_run",
-    "cli/progress",
-    "cli/solve",
     "estimators/control_variate",
     "estimators/direct",
     "estimators/element",
-    "light_mesh/complete",
     "light_mesh/entries",
     "light_mesh/exact",
     "light_mesh/fit",
     "light_mesh/indirect",
     "light_mesh/mesh",
-    "light_mesh/plan",
-    "light_mesh/plan_indirect",
-    "light_mesh/result",
     "light_mesh/sights",
     "light_mesh/solids",
     "light_mesh/walks",
