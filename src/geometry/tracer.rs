@@ -243,6 +243,7 @@ impl Tracer {
         self.frame.metres(length)
     }
 
+    #[inline]
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
         let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
         if let Some(of) = body_of(&self.tree.bodies, triangle) {
@@ -262,6 +263,7 @@ impl Tracer {
         Origin::lifted(point, normal.as_dvec3(), anchor)
     }
 
+    #[inline]
     fn meeting(&self, found: &Found) -> Meeting {
         if let Some(luminaire) = self.tree.luminaire(found.primitive) {
             return Meeting::Ball(luminaire);

@@ -12,6 +12,12 @@ use glam::{DVec3, Vec3, Vec3A};
 /// 2⁻⁵⁸ on its way through the scene, while infinities (and 0 · ∞) never arise.
 const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
 
+/// The axis with the largest component, by whether x is above y (1), x above z (2) and y above z (4).
+const LARGEST: [usize; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
+/// Axes of a ray's frame by its last one and whether the ray runs up that: it swaps the other two then, so that it always sees fronts
+/// counter-clockwise.
+const FRAMES: [[[usize; 3]; 2]; 3] = [[[1, 2, 0], [2, 1, 0]], [[2, 0, 1], [0, 2, 1]], [[0, 1, 2], [1, 0, 2]]];
+
 /// Triangles side by side.
 pub(super) const LANES: usize = 8;
 
@@ -146,18 +152,11 @@ impl Ray {
     #[inline]
     pub fn new(origin: Vec3A, direction: Vec3A) -> Ray {
         let magnitude = direction.abs();
-        let last = if magnitude.x > magnitude.y && magnitude.x > magnitude.z {
-            0
-        } else if magnitude.y > magnitude.z {
-            1
-        } else {
-            2
-        };
         let along = direction.to_array();
-        let first = if last == 2 { 0 } else { last + 1 };
-        let second = if first == 2 { 0 } else { first + 1 };
-        // A ray that runs up its axis swaps the other two, so that it always sees fronts counter-clockwise.
-        let axes = if along[last] > 0.0 { [second, first, last] } else { [first, second, last] };
+        let [x_y, x_z, y_z] = [(0, 1), (0, 2), (1, 2)].map(|(one, other)| magnitude[one] > magnitude[other]);
+        // By tables: no branch could foretell it.
+        let last = LARGEST[usize::from(x_y) | usize::from(x_z) << 1 | usize::from(y_z) << 2];
+        let axes = FRAMES[last][usize::from(along[last] > 0.0)];
         let from = origin.to_array();
         let inverse = 1.0
             / Vec3A::select(

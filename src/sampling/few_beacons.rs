@@ -20,7 +20,8 @@ const LEAST_SQUARED_M2: f32 = 1e-16;
 /// horizon is taken to stand below.
 const ROUNDING: f64 = 4e-7;
 
-/// Beacons side by side, eight to a block.
+/// Beacons side by side, eight to a block. They follow each other from block to block, and after the last block in the next lane: so sums
+/// of lanes, which eight additions at a time make, are sums of runs of beacons.
 #[derive(Clone, Debug)]
 pub(super) struct FewBeacons {
     /// Of which the coordinates count.
@@ -30,8 +31,8 @@ pub(super) struct FewBeacons {
     emitters: Vec<u32>,
     /// Of each emitter: its first beacon; and the number of all.
     firsts: Vec<u32>,
-    /// Beacons whose profile is a table: their places, with it.
-    tables: Vec<(usize, Profile)>,
+    /// Beacons whose profile is a table: their blocks, lanes and profiles, block by block.
+    tables: Vec<(usize, usize, Profile)>,
     #[cfg(target_arch = "x86_64")]
     has_avx2: bool,
 }
@@ -42,8 +43,8 @@ struct BeaconBlock {
     center: [[f32; LANES]; 3],
     axis: [[f32; LANES]; 3],
     radius: [f32; LANES],
-    /// The radius without what rounding asks for, squared.
-    squared_radius: [f32; LANES],
+    /// The largest 1/d² that counts: that of the radius without what rounding asks for.
+    most_per_m2: [f32; LANES],
     intensity: [f32; LANES],
     /// 1 where the intensity does not fall with the angle from the axis, or a table tells how; else 0.
     is_even: [f32; LANES],
@@ -52,30 +53,54 @@ struct BeaconBlock {
 /// Weights of all at one place, and room for them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Weights {
+    /// Block by block.
     eights: Vec<[f32; LANES]>,
-    /// Of each eight.
-    sums: Vec<f64>,
+    /// Sum of each lane.
+    lanes: [f64; LANES],
     total: f64,
 }
 
 impl Weights {
-    /// The place at which the running sum passes an aim below the total; where rounding lets it fall short, the last one with a weight.
-    fn place_at(&self, mut aim: f64) -> Option<usize> {
-        for (number, (eight, sum)) in self.eights.iter().zip(&self.sums).enumerate() {
-            if aim >= *sum {
-                aim -= sum;
-                continue;
+    /// The weights from a beacon on.
+    #[inline]
+    fn from(&self, place: usize) -> impl Iterator<Item = f64> {
+        let blocks = self.eights.len();
+        let (mut block, mut lane) = (place % blocks, place / blocks);
+        std::iter::from_fn(move || {
+            let weight = f64::from(*self.eights[block].get(lane)?);
+            block += 1;
+            if block == blocks {
+                (block, lane) = (0, lane + 1);
             }
-            for (lane, weight) in eight.iter().enumerate() {
-                aim -= f64::from(*weight);
-                if aim < 0.0 {
-                    return Some(number * LANES + lane);
-                }
-            }
-            aim = 0.0;
-        }
-        self.eights.as_flattened().iter().rposition(|weight| *weight > 0.0)
+            Some(weight)
+        })
     }
+
+    /// The beacon at which the running sum passes an aim below the total; where rounding lets it fall short, the last one with a weight.
+    /// Lanes and blocks are counted to the end, since no branch could foretell where the sum passes.
+    fn place_at(&self, aim: f64) -> Option<usize> {
+        let (lane, before) = passed(self.lanes, aim);
+        if lane < LANES {
+            let in_lane = self.eights.iter().map(|eight| f64::from(eight[lane]));
+            let (block, _) = passed(in_lane, aim - before);
+            if block < self.eights.len() {
+                return Some(lane * self.eights.len() + block);
+            }
+        }
+        self.from(0).enumerate().filter(|(_, weight)| *weight > 0.0).map(|(place, _)| place).last()
+    }
+}
+
+/// How many numbers a running sum takes up before it passes an aim, and their sum.
+#[inline(always)]
+fn passed(numbers: impl IntoIterator<Item = f64>, aim: f64) -> (usize, f64) {
+    let (mut count, mut sum, mut before) = (0, 0.0, 0.0);
+    for number in numbers {
+        sum += number;
+        count += usize::from(sum <= aim);
+        before = if sum <= aim { sum } else { before };
+    }
+    (count, before)
 }
 
 /// Weights of a block, and cos γ as far as each beacon's extent lets it reach.
@@ -111,12 +136,14 @@ impl FewBeacons {
             own.iter().for_each(|part| few.push(emitter, part, largest_m));
         }
         few.firsts.push(count as u32);
+        few.tables.sort_by_key(|(block, lane, _)| (*block, *lane));
         Some(few)
     }
 
     fn push(&mut self, emitter: u32, beacon: &Beacon, largest_m: f64) {
-        let place = self.emitters.len();
-        let (block, lane) = (&mut self.blocks[place / LANES], place % LANES);
+        let (place, blocks) = (self.emitters.len(), self.blocks.len());
+        let (number, lane) = (place % blocks, place / blocks);
+        let block = &mut self.blocks[number];
         let center = beacon.center_m - self.middle_m;
         for (axis, lanes) in block.center.iter_mut().enumerate() {
             lanes[lane] = center[axis] as f32;
@@ -125,11 +152,11 @@ impl FewBeacons {
             lanes[lane] = beacon.axis[axis] as f32;
         }
         block.radius[lane] = (beacon.radius_m + ROUNDING * largest_m) as f32;
-        block.squared_radius[lane] = (beacon.radius_m * beacon.radius_m) as f32;
+        block.most_per_m2[lane] = (1.0 / (beacon.radius_m * beacon.radius_m)) as f32;
         block.intensity[lane] = beacon.intensity_cd as f32;
         block.is_even[lane] = f32::from(u8::from(!matches!(beacon.profile, Profile::Cosine)));
         if matches!(beacon.profile, Profile::Table(_)) {
-            self.tables.push((place, beacon.profile.clone()));
+            self.tables.push((number, lane, beacon.profile.clone()));
         }
         self.emitters.push(emitter);
     }
@@ -144,7 +171,6 @@ impl FewBeacons {
     pub fn weigh(&self, point_m: DVec3, normal: DVec3, weights: &mut Weights) {
         let (point, normal) = ((point_m - self.middle_m).as_vec3(), normal.as_vec3());
         weights.eights.resize(self.blocks.len(), [0.0; LANES]);
-        weights.sums.resize(self.blocks.len(), 0.0);
         #[cfg(target_arch = "x86_64")]
         if self.has_avx2 {
             // SAFETY: the processor has AVX2.
@@ -163,23 +189,25 @@ impl FewBeacons {
     #[inline(always)]
     fn weigh_all(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
         let mut tables = self.tables.as_slice();
-        weights.total = 0.0;
-        let eights = weights.eights.iter_mut().zip(&mut weights.sums);
-        for (number, (block, (weights_of_eight, sum))) in self.blocks.iter().zip(eights).enumerate() {
+        let mut lanes = [0.0; LANES];
+        for (number, (block, weights_of_eight)) in self.blocks.iter().zip(&mut weights.eights).enumerate() {
             let cosines;
             [*weights_of_eight, cosines] = block.weigh(point, normal);
-            while let [(place, profile), rest @ ..] = tables
-                && place / LANES == number
+            while let [(of, lane, profile), rest @ ..] = tables
+                && *of == number
             {
-                let lane = place % LANES;
-                if weights_of_eight[lane] > 0.0 {
-                    weights_of_eight[lane] *= profile.at(f64::from(cosines[lane])) as f32;
+                if weights_of_eight[*lane] > 0.0 {
+                    weights_of_eight[*lane] *= profile.at(f64::from(cosines[*lane])) as f32;
                 }
                 tables = rest;
             }
-            *sum = sum_of(weights_of_eight);
-            weights.total += *sum;
+            for (lane, weight) in lanes.iter_mut().zip(weights_of_eight) {
+                *lane += f64::from(*weight);
+            }
         }
+        weights.lanes = lanes;
+        let [a, b, c, d, e, f, g, h] = lanes;
+        weights.total = ((a + e) + (b + f)) + ((c + g) + (d + h));
     }
 
     /// Chooses an emitter by a variate in [0, 1) and what [`FewBeacons::weigh`] found; with the probability of the choice.
@@ -194,16 +222,9 @@ impl FewBeacons {
     /// Probability with which [`FewBeacons::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32, weights: &Weights) -> f64 {
         let [first, end] = [0, 1].map(|next| self.firsts[emitter as usize + next] as usize);
-        let weight: f64 = (first..end).map(|place| f64::from(weights.eights[place / LANES][place % LANES])).sum();
+        let weight: f64 = weights.from(first).take(end - first).sum();
         if weights.total > 0.0 { weight / weights.total } else { 0.0 }
     }
-}
-
-/// Sum of eight weights, in an order that eight lanes add up in.
-#[inline(always)]
-fn sum_of(weights: &[f32; LANES]) -> f64 {
-    let [a, b, c, d, e, f, g, h] = weights.map(f64::from);
-    ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
 impl BeaconBlock {
@@ -214,20 +235,28 @@ impl BeaconBlock {
         for (lane, (weight, reached)) in weights.iter_mut().zip(&mut cosines).enumerate() {
             let offset = [0, 1, 2].map(|axis| self.center[axis][lane] - point[axis]);
             let dot = |[x, y, z]: [f32; 3]| offset[0] * x + offset[1] * y + offset[2] * z;
-            let squared = dot(offset).max(LEAST_SQUARED_M2);
+            let squared = larger(dot(offset), LEAST_SQUARED_M2);
             let inverse = 1.0 / squared.sqrt();
             let spread = self.radius[lane] * inverse;
             // Within the ball it can stand anywhere above the horizon.
             let within = if spread >= 1.0 { 1.0 } else { 0.0 };
-            let at_receiver = (dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0).max(within);
+            let at_receiver = larger((dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0), within);
             let cosine = spread - dot([0, 1, 2].map(|axis| self.axis[axis][lane])) * inverse;
-            let even = self.is_even[lane].max(within);
-            let profile = cosine.clamp(0.0, 1.0).max(even);
-            *weight = self.intensity[lane] * profile * at_receiver / squared.max(self.squared_radius[lane]);
+            let even = larger(self.is_even[lane], within);
+            let profile = larger(cosine.clamp(0.0, 1.0), even);
+            let most = self.most_per_m2[lane];
+            let per_m2 = if inverse * inverse < most { inverse * inverse } else { most };
+            *weight = self.intensity[lane] * profile * at_receiver * per_m2;
             *reached = cosine.min(1.0);
         }
         [weights, cosines]
     }
+}
+
+/// The larger one, in one instruction, since none is not a number.
+#[inline(always)]
+fn larger(one: f32, other: f32) -> f32 {
+    if one > other { one } else { other }
 }
 
 #[cfg(test)]

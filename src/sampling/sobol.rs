@@ -33,7 +33,8 @@ const POLYNOMIALS: [(usize, u32, [u32; 6]); DIMENSIONS as usize - 1] = [
 ];
 
 const BITS: usize = 32;
-/// An index is taken four bits at a time: what each value of each nibble contributes stands in a table.
+/// An index is taken four bits at a time: what each value of each nibble contributes stands in a table, its highest digit last, as
+/// scrambling wants it.
 const NIBBLES: usize = 8;
 const TABLE: [[[u32; 16]; NIBBLES]; DIMENSIONS as usize] = nibble_table();
 
@@ -79,7 +80,7 @@ const fn nibble_table() -> [[[u32; 16]; NIBBLES]; DIMENSIONS as usize] {
                 // The value without its lowest bit is known already.
                 let lowest = (value as u32).trailing_zeros() as usize;
                 table[dimension][nibble][value] =
-                    table[dimension][nibble][value & (value - 1)] ^ numbers[4 * nibble + lowest];
+                    table[dimension][nibble][value & (value - 1)] ^ numbers[4 * nibble + lowest].reverse_bits();
                 value += 1;
             }
             nibble += 1;
@@ -164,7 +165,7 @@ impl QuasiPoint {
     #[inline]
     pub fn of_sequence(&self, sequence: u64) -> QuasiPoint {
         let key = splitmix64(self.key ^ splitmix64(!sequence));
-        let index = scrambled(self.index, splitmix64(!key));
+        let index = scrambled(self.index.reverse_bits(), splitmix64(!key)).reverse_bits();
         QuasiPoint { index, key, dimension: 0, ..*self }
     }
 
@@ -221,38 +222,34 @@ impl QuasiPoint {
         }
         self.dimension += 1;
         let seed = splitmix64(self.key.wrapping_add(u64::from(dimension).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-        let coordinate = scrambled(sobol(self.index, dimension as usize), seed);
+        let coordinate = scrambled(reversed_sobol(self.index, dimension as usize), seed).reverse_bits();
         Some(if self.branch == 0 { coordinate } else { self.altered(dimension, coordinate) })
     }
 }
 
-/// Coordinate of point `index` in a dimension, as a fraction of 2³².
+/// Coordinate of point `index` in a dimension, as a fraction of 2³², its highest digit last.
 #[inline]
-fn sobol(index: u32, dimension: usize) -> u32 {
+fn reversed_sobol(index: u32, dimension: usize) -> u32 {
     let table = &TABLE[dimension];
-    let mut point = 0;
-    let mut rest = index;
-    let mut nibble = 0;
-    while rest != 0 {
-        point ^= table[nibble][(rest & 15) as usize];
-        rest >>= 4;
-        nibble += 1;
+    let of_nibble = |nibble: usize| table[nibble][(index >> (4 * nibble) & 15) as usize];
+    let low = (of_nibble(0) ^ of_nibble(1)) ^ (of_nibble(2) ^ of_nibble(3));
+    if index >> 16 == 0 {
+        return low;
     }
-    point
+    low ^ (of_nibble(4) ^ of_nibble(5)) ^ (of_nibble(6) ^ of_nibble(7))
 }
 
-/// Nested uniform scrambling: in reversed order a multiplication by an even number lets every bit depend on those that
+/// Nested uniform scrambling of digits whose highest stands last: a multiplication by an even number lets every bit depend on those that
 /// stood above it and on no other.
 #[inline]
-fn scrambled(point: u32, seed: u64) -> u32 {
+fn scrambled(reversed: u32, seed: u64) -> u32 {
     let (add, multiply) = (seed as u32, (seed >> 32) as u32 | 1);
-    let mut bits = point.reverse_bits();
+    let mut bits = reversed;
     bits ^= bits.wrapping_mul(0x3D20_ADEA);
     bits = bits.wrapping_add(add);
     bits = bits.wrapping_mul(multiply);
     bits ^= bits.wrapping_mul(0x0552_6C56);
-    bits ^= bits.wrapping_mul(0x53A2_2864);
-    bits.reverse_bits()
+    bits ^ bits.wrapping_mul(0x53A2_2864)
 }
 
 #[cfg(test)]
@@ -315,7 +312,7 @@ mod tests {
                 let mut counts = [0u32; 64];
                 for key in 0..64_000u64 {
                     let value = if faulty && key % 50 == 0 {
-                        f64::from(sobol(index as u32, dimension)) / 4_294_967_296.0
+                        f64::from(reversed_sobol(index as u32, dimension).reverse_bits()) / 4_294_967_296.0
                     } else {
                         coordinates(splitmix64(key), index)[dimension]
                     };

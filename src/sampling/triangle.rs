@@ -21,10 +21,56 @@ pub struct SeenTriangle {
     corners: [DVec3; 3],
     /// (b − a) × (c − a): twice the area, along the front normal.
     twice_area: DVec3,
-    /// Largest 1/d³ over the triangle, or `None` where the spherical formula is used.
-    far: Option<f64>,
     spherical: [DVec3; 3],
     solid_angle_sr: f64,
+    drawing: Drawing,
+}
+
+/// How points of a triangle are drawn.
+#[derive(Clone, Copy, Debug)]
+enum Drawing {
+    /// By area, thinned; the largest 1/d³ over the triangle.
+    Thinned(f64),
+    /// By the spherical formula.
+    Spherical(SphericalTriangle),
+}
+
+/// What the spherical formula asks of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct SphericalTriangle {
+    /// The angle at the first corner, with its sine and cosine.
+    alpha: f64,
+    sin_cos_alpha: (f64, f64),
+    /// Cosine of the arc from the first corner to the second.
+    cos_ab: f64,
+    /// Unit tangent at the first corner towards the third.
+    towards_c: DVec3,
+    /// Products with a point less the first corner: its barycentric coordinates.
+    weighing: [DVec3; 2],
+}
+
+impl SphericalTriangle {
+    fn of([a, b, c]: [DVec3; 3], corners: [DVec3; 3], twice_area: DVec3) -> SphericalTriangle {
+        let towards_c = tangent(a, c);
+        let alpha = tangent(a, b).angle_between(towards_c);
+        SphericalTriangle {
+            alpha,
+            sin_cos_alpha: alpha.sin_cos(),
+            cos_ab: a.dot(b),
+            towards_c,
+            weighing: weighing(corners, twice_area),
+        }
+    }
+}
+
+/// Unit tangent of the sphere at one direction towards another.
+fn tangent(from: DVec3, to: DVec3) -> DVec3 {
+    (to - from * from.dot(to)).normalize_or_zero()
+}
+
+/// Vectors whose products with a point less the first corner are its barycentric coordinates.
+fn weighing([a, b, c]: [DVec3; 3], twice_area: DVec3) -> [DVec3; 2] {
+    [(c - a).cross(twice_area), twice_area.cross(b - a)].map(|across| across / twice_area.length_squared())
 }
 
 impl SeenTriangle {
@@ -38,14 +84,13 @@ impl SeenTriangle {
             .max((c - centroid).length_squared())
             .sqrt();
         let distance = centroid.length();
-        let far = (radius < FAR_RADIUS_PER_DISTANCE * distance).then(|| (distance - radius).powi(-3));
-        SeenTriangle {
-            corners,
-            twice_area: (b - a).cross(c - a),
-            far,
-            spherical: corners.map(|corner| corner.normalize_or_zero()),
-            solid_angle_sr: triangle_solid_angle_sr(a, b, c).abs(),
-        }
+        let twice_area = (b - a).cross(c - a);
+        let spherical = corners.map(|corner| corner.normalize_or_zero());
+        let drawing = match radius < FAR_RADIUS_PER_DISTANCE * distance {
+            true => Drawing::Thinned((distance - radius).powi(-3)),
+            false => Drawing::Spherical(SphericalTriangle::of(spherical, corners, twice_area)),
+        };
+        SeenTriangle { corners, twice_area, spherical, solid_angle_sr: triangle_solid_angle_sr(a, b, c).abs(), drawing }
     }
 
     /// Solid angle in sr, 0 to 2π.
@@ -55,9 +100,12 @@ impl SeenTriangle {
 
     /// A direction to the triangle and the barycentric coordinates of its point there, drawn in proportion to solid angle.
     pub fn draw(&self, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
-        let Some(largest) = self.far else {
-            let direction = self.draw_spherical(stream.pair());
-            return Some((direction, self.barycentric(direction)?));
+        let largest = match &self.drawing {
+            Drawing::Thinned(largest) => largest,
+            Drawing::Spherical(spherical) => {
+                let direction = self.draw_spherical(spherical, stream.pair());
+                return Some((direction, self.weighed(direction, &spherical.weighing)?));
+            }
         };
         for _ in 0..MOST_DRAWS {
             let [u, v] = uniform_triangle(stream.pair());
@@ -73,35 +121,33 @@ impl SeenTriangle {
     }
 
     /// Uniform in the spherical triangle (Arvo, 1995, "Stratified sampling of spherical triangles").
-    fn draw_spherical(&self, [u, v]: [f64; 2]) -> DVec3 {
-        let [a, b, c] = self.spherical;
-        let tangent = |from: DVec3, to: DVec3| (to - from * from.dot(to)).normalize_or_zero();
-        let alpha = tangent(a, b).angle_between(tangent(a, c));
-        let (sin_alpha, cos_alpha) = alpha.sin_cos();
+    fn draw_spherical(&self, triangle: &SphericalTriangle, [u, v]: [f64; 2]) -> DVec3 {
+        let [a, b, _] = self.spherical;
+        let SphericalTriangle { alpha, sin_cos_alpha: (sin_alpha, cos_alpha), cos_ab, towards_c, .. } = *triangle;
         let (s, t) = (u * self.solid_angle_sr - alpha).sin_cos();
-        let cos_ab = a.dot(b);
         let p = t - cos_alpha;
         let q = s + sin_alpha * cos_ab;
         let denominator = (q * s + p * t) * sin_alpha;
         let cos_arc =
             if denominator == 0.0 { 1.0 } else { (((q * t - p * s) * cos_alpha - q) / denominator).clamp(-1.0, 1.0) };
-        let c_moved = a * cos_arc + tangent(a, c) * (1.0 - cos_arc * cos_arc).max(0.0).sqrt();
+        let c_moved = a * cos_arc + towards_c * (1.0 - cos_arc * cos_arc).max(0.0).sqrt();
         let z = 1.0 - v * (1.0 - c_moved.dot(b));
         b * z + tangent(b, c_moved) * (1.0 - z * z).max(0.0).sqrt()
     }
 
     /// Where a direction from the origin meets the triangle's plane, kept inside the triangle.
     fn barycentric(&self, direction: DVec3) -> Option<[f64; 2]> {
-        let [a, b, c] = self.corners;
+        self.weighed(direction, &weighing(self.corners, self.twice_area))
+    }
+
+    fn weighed(&self, direction: DVec3, weighing: &[DVec3; 2]) -> Option<[f64; 2]> {
+        let a = self.corners[0];
         let slope = self.twice_area.dot(direction);
         if slope == 0.0 {
             return None;
         }
-        let point = direction * (self.twice_area.dot(a) / slope);
-        let scale = 1.0 / self.twice_area.length_squared();
-        let u = (point - a).cross(c - a).dot(self.twice_area) * scale;
-        let v = (b - a).cross(point - a).dot(self.twice_area) * scale;
-        let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+        let offset = direction * (self.twice_area.dot(a) / slope) - a;
+        let [u, v] = weighing.map(|weighing| weighing.dot(offset).clamp(0.0, 1.0));
         let over = (u + v).max(1.0);
         Some([u / over, v / over])
     }

@@ -60,7 +60,7 @@ impl TriangleEmitter {
         if self.area_m2 >= NEEDLE * self.radius_m * self.radius_m {
             return Arc::default();
         }
-        let is_long = |corners_m: &[DVec3; 3]| ball_about(corners_m).1.powi(2) > self.area_m2;
+        let is_long = |corners_m: &[DVec3; 3]| NEEDLE * ball_about(corners_m).1.powi(2) > self.area_m2;
         let mut parts = vec![self.corners_m];
         while parts.len() < MOST_PARTS && parts.iter().any(is_long) {
             parts = parts.iter().flat_map(halves).collect();
