@@ -82,10 +82,10 @@ impl CubeTruth {
         let pieces = if adapts { PIECES } else { 1 };
         let (mut squares, mut sum, mut area_sum_m2) = (0.0, 0.0, 0.0);
         for index in 0..elements.len() {
-            let cell = elements.cell(index as u32);
-            let [a, b, c] = elements.corners_m(scene, cell);
-            let normal = scene.triangle_normal(cell.triangle);
-            let area_m2 = elements.area_m2(scene, cell) / f64::from(pieces * pieces);
+            let element = elements.element(index as u32);
+            let [a, b, c] = elements.corners_m(scene, element);
+            let normal = scene.triangle_normal(element.triangle);
+            let area_m2 = elements.area_m2(scene, element) / f64::from(pieces * pieces);
             for piece in 0..pieces * pieces {
                 let (shown, exact) = if adapts {
                     let corners = part_corners(pieces, piece);

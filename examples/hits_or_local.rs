@@ -49,15 +49,15 @@ fn case(name: &'static str, text: &str, surface: &str) -> Result<Case, Box<dyn s
     let bare = scene_from_json(&text.replace("POINTS", ""), None, folder)?;
     let numbering = luxmc::scene::Elements::of(&bare);
     let on_surface: Vec<usize> = (0..numbering.len())
-        .filter(|index| bare.surface_of(numbering.cell(*index as u32).triangle).name == surface)
+        .filter(|index| bare.surface_of(numbering.element(*index as u32).triangle).name == surface)
         .collect();
     let stride = on_surface.len().div_ceil(MOST);
     let elements: Vec<usize> = on_surface.iter().step_by(stride).copied().collect();
     let mut points = String::from("x,y,z,nx,ny,nz\n");
     for element in &elements {
-        let cell = numbering.cell(*element as u32);
-        let [a, b, c] = numbering.corners_m(&bare, cell);
-        let (middle, normal) = ((a + b + c) / 3.0, bare.triangle_normal(cell.triangle));
+        let side = numbering.element(*element as u32);
+        let [a, b, c] = numbering.corners_m(&bare, side);
+        let (middle, normal) = ((a + b + c) / 3.0, bare.triangle_normal(side.triangle));
         points += &format!("{},{},{},{},{},{}\n", middle.x, middle.y, middle.z, normal.x, normal.y, normal.z);
     }
     let file = std::env::temp_dir().join(format!("hits_or_local_{}_{name}.csv", std::process::id()));

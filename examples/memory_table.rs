@@ -1,4 +1,4 @@
-//! What a run takes of memory for every triangle, element, receiver, luminaire, and ray that asks cells: the peak of two runs of the
+//! What a run takes of memory for every triangle, element, receiver, luminaire, and gathering ray: the peak of two runs of the
 //! program that differ in their number, over the difference. The same of a cell and of a sample in it, by filling cells alone.
 //!
 //!     cargo build --release && cargo run --release --example memory_table -- target/release/luxmc
@@ -140,7 +140,7 @@ const ROWS: [Row; 8] = [
         count_of: |summary| number("count", summary),
     },
     Row {
-        name: "ray that fills or asks cells",
+        name: "ray that fills or looks up cells",
         condition: "2,500 receivers by gathering to 1 and 0.1 %",
         counts: [0, 1],
         scene: rays,
@@ -181,7 +181,7 @@ fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
         let point_m = DVec3::new(column, row, 0.0);
         Lookup { point_m, normal: DVec3::Z, direction: DVec3::NEG_Z, distance_m: 0.1 }
     });
-    let asked: Vec<u32> = lookups.map(|lookup| cells.grid.ask(&lookup)).collect();
+    let asked: Vec<u32> = lookups.map(|lookup| cells.grid.look_up(&lookup)).collect();
     for (place, cell) in asked.iter().enumerate() {
         for _ in 0..samples {
             cells.book(*cell);

@@ -14,7 +14,7 @@ use luxmc::check::scene_from_json;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
 use luxmc::estimators::reception::sample_reflected_lx;
-use luxmc::estimators::walk::{Memory, Met, Recall, gather_indirect_lx, sample_indirect_lx};
+use luxmc::estimators::walk::{Cache, CacheAnswer, Met, gather_indirect_lx, sample_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
@@ -93,15 +93,15 @@ struct Exact<'a> {
 /// Steps of the table for a distance of 1.
 const STEPS: f64 = 100.0;
 
-impl Memory for Exact<'_> {
-    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+impl Cache for Exact<'_> {
+    fn look_up(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
         let place = met.receiver.point_m.truncate().length() * STEPS;
         let index = place as usize;
         let lx = match self.table_lx.get(index..index + 2) {
             Some(both) => both[0] + (place - index as f64) * (both[1] - both[0]),
             None => 0.0,
         };
-        (Recall::End(lx), 0)
+        (CacheAnswer::End(lx), 0)
     }
 }
 
@@ -120,9 +120,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 stage.trace_chain(0.0, stream, |arrival| {
                     let hit = &arrival.hit;
                     if arrival.bounces > 0
-                        && let Some(cell) = stage.elements.cell_at(hit.triangle, hit.barycentric, hit.side)
+                        && let Some(element) = stage.elements.element_at(hit.triangle, hit.barycentric, hit.side)
                     {
-                        hits[cell as usize] += 1.0 / count as f64;
+                        hits[element as usize] += 1.0 / count as f64;
                     }
                 });
             }
@@ -155,10 +155,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let radii: Vec<f64> = (0..=(20.0 * STEPS) as u32).map(|step| f64::from(step) / STEPS).collect();
     let table_lx: Vec<f64> =
         sobolev_at_radii(&problem, SobolevPlane::One, &radii)?.iter().map(|value| value.reflected_lx).collect();
-    show("gathering rays with a perfect memory, planes", repetitions, |stream, quasi, count| {
+    show("gathering rays with a perfect cache, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
-            let mut memory = Exact { table_lx: &table_lx };
-            gather_indirect_lx(&stage, receiver, &mut memory, &mut Cut::default(), stream).0
+            let mut cache = Exact { table_lx: &table_lx };
+            gather_indirect_lx(&stage, receiver, &mut cache, &mut Cut::default(), stream).0
         })
     });
 

@@ -62,8 +62,9 @@ fn said() -> BTreeSet<String> {
     said.extend(view.split("[[").skip(1).filter_map(|rest| Some(rest.split_once("]]")?.0.to_owned())));
     // What kinds of luminaires are called stands with them.
     let kinds = include_str!("../src/scene/emission.rs");
-    let kinds = kinds.split_once("fn words(").expect("the kinds").1.split_once("\n    }\n").expect("their end").0;
-    said.extend(kinds.split("=>").skip(1).filter_map(literal));
+    let kinds: Vec<String> = kinds.split(" words: ").skip(1).filter_map(literal).collect();
+    assert!(kinds.len() > 7, "the words of the kinds were not found: {kinds:?}");
+    said.extend(kinds);
     // How macros are shown in the documents of their module.
     said.remove("…");
     said

@@ -178,17 +178,17 @@ impl Solution {
         let (mut areas, mut surfaces) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut backs = Vec::with_capacity(count);
         for index in 0..count {
-            let cell = elements.cell(index as u32);
-            let [a, b, c] = elements.corners_m(scene, cell);
+            let element = elements.element(index as u32);
+            let [a, b, c] = elements.corners_m(scene, element);
             let centroid = (a + b + c) / 3.0;
             places.push([centroid.x, centroid.y, centroid.z]);
-            let front = scene.triangle_normal(cell.triangle);
-            let normal = if cell.side == Side::Front { front } else { -front };
+            let front = scene.triangle_normal(element.triangle);
+            let normal = if element.side == Side::Front { front } else { -front };
             normals.push([normal.x, normal.y, normal.z]);
             corners.extend([a, b, c].map(|corner| [corner.x, corner.y, corner.z]));
-            areas.push(elements.area_m2(scene, cell));
-            surfaces.push(scene.triangle_surfaces[cell.triangle as usize]);
-            backs.push(cell.side == Side::Back);
+            areas.push(elements.area_m2(scene, element));
+            surfaces.push(scene.triangle_surfaces[element.triangle as usize]);
+            backs.push(element.side == Side::Back);
         }
         told.set_item("positions", triples(py, places)?)?;
         told.set_item("normals", triples(py, normals)?)?;

@@ -28,6 +28,16 @@ pub fn pane_shares(refractive_index: f64, internal_transmittance: f64, cos_theta
     shares
 }
 
+/// The same of a pane of which only a share is glass; the rest, frames, is black.
+pub fn glazed_shares(
+    glazed_share: f64,
+    refractive_index: f64,
+    internal_transmittance: f64,
+    cos_theta: f64,
+) -> [f64; 2] {
+    pane_shares(refractive_index, internal_transmittance, cos_theta).map(|share| glazed_share * share)
+}
+
 /// What the glass itself lets pass along the normal where a pane of it lets pass this share there, all inner reflections included.
 ///
 /// Range: above 1 where no glass of this index lets pass so much. Source: docs/methods.md (14), solved for a.

@@ -1,8 +1,8 @@
-//! Cells: places that share one value of illuminance for rays that ask from far enough away.
+//! Cells: places that share one value of illuminance for rays that come from far enough away.
 //!
 //! A cell is a cube of a grid aligned to the world whose edge is a power of two in metres, together with one of some
 //! directions of surface normals and the octant from which it is looked at. The edge follows from the length of the ray that
-//! asks: a cell fills about the same solid angle for everyone who asks it. Nothing is meshed beforehand; twelve triangles and
+//! looks it up: a cell fills about the same solid angle for every ray. Nothing is meshed beforehand; twelve triangles and
 //! ten million are the same to it. The octant keeps the two sides of a thin wall apart.
 
 use glam::DVec3;
@@ -19,14 +19,14 @@ const FIRST_SLOTS: usize = 1 << 10;
 /// A free slot of the table.
 const FREE: u32 = u32::MAX;
 
-/// A place that a ray asks about.
+/// A place whose cell a ray looks up.
 #[derive(Clone, Copy, Debug)]
 pub struct Lookup {
     /// Place in m.
     pub point_m: DVec3,
     /// Unit normal of the lit side.
     pub normal: DVec3,
-    /// Unit direction of the ray that asks.
+    /// Unit direction of the ray.
     pub direction: DVec3,
     /// Length of the ray in m.
     pub distance_m: f64,
@@ -37,7 +37,7 @@ pub struct Lookup {
 pub struct CellKey {
     /// Numbers of its cube along the axes.
     cube: [i32; 3],
-    /// Level of its edge, part of its normal and octant of the rays that ask.
+    /// Level of its edge, part of its normal and octant of the rays that look it up.
     kind: u32,
 }
 
@@ -65,13 +65,13 @@ impl CellKey {
 /// Bit of a key's kind from which on the level is counted.
 const LEVEL_BIT: u32 = 12;
 
-/// The cells that were asked, in the order in which they were asked first.
+/// The cells that were looked up, in the order in which they first were.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(from = "GridKeys")]
 pub struct CellGrid {
     /// Corner from which cubes are counted, in m.
     origin_m: DVec3,
-    /// Edge of a cell over the length of the ray that asks, at most.
+    /// Edge of a cell over the length of the ray that looks it up, at most.
     edge_share: f64,
     /// Power of two of the finest edge in m.
     finest: i32,
@@ -115,7 +115,7 @@ impl CellSlot {
 
 impl CellGrid {
     /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way; the edge of
-    /// a cell is at most such a share of the length of the ray that asks, and more than half of that.
+    /// a cell is at most such a share of the length of the ray that looks it up, and more than half of that.
     ///
     /// With a shift of its own for either half, places of cells are chance, which the halves' difference shows.
     pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3], edge_share: f64) -> CellGrid {
@@ -136,7 +136,7 @@ impl CellGrid {
         self.keys.len()
     }
 
-    /// Whether nobody has asked yet.
+    /// Whether nothing was looked up yet.
     pub fn is_empty(&self) -> bool {
         self.keys.is_empty()
     }
@@ -146,9 +146,9 @@ impl CellGrid {
         bytes_of_list(&self.keys) + bytes_of_list(&self.table)
     }
 
-    /// The cell of a place; a new one if it is asked for the first time.
+    /// The cell of a place; a new one if it is looked up for the first time.
     #[inline]
-    pub fn ask(&mut self, lookup: &Lookup) -> u32 {
+    pub fn look_up(&mut self, lookup: &Lookup) -> u32 {
         let key = self.key(lookup);
         self.cell(key)
     }
@@ -191,14 +191,14 @@ impl CellGrid {
         CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
     }
 
-    /// The cell that lies there, if it has been asked before.
+    /// The cell that lies there, if it has been looked up before.
     #[inline]
     pub fn find(&self, key: CellKey) -> Option<u32> {
         let cell = self.table[self.slot(key.fingerprint())].cell;
         (cell != FREE).then_some(cell)
     }
 
-    /// The cell that lies there; a new one if it is asked for the first time.
+    /// The cell that lies there; a new one if it is looked up for the first time.
     #[inline]
     pub fn cell(&mut self, key: CellKey) -> u32 {
         let fingerprint = key.fingerprint();
@@ -260,8 +260,8 @@ mod tests {
     #[test]
     fn cells_grow_with_the_length_of_the_ray_and_hold_their_children() {
         let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
-        let near = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.5));
-        let far = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 4.0));
+        let near = grid.look_up(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.5));
+        let far = grid.look_up(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 4.0));
         let [near, far] = [near, far].map(|cell| grid.key_of(cell));
         assert_eq!(far.level(), near.level() + 3);
         let above = (0..3).fold(near, |key, _| grid.above(key).expect("not at the top"));
@@ -274,7 +274,7 @@ mod tests {
         let [one, other] = [1e-6, -1e-6].map(|x| {
             let (point_m, normal) = (DVec3::new(2.0 + x, 1.0, 0.0), DVec3::Z);
             let direction = DVec3::new(-x.signum(), 0.1, -1.0).normalize();
-            grid.ask(&Lookup { point_m, normal, direction, distance_m: 2.0 })
+            grid.look_up(&Lookup { point_m, normal, direction, distance_m: 2.0 })
         });
         assert_ne!(one, other);
     }
@@ -307,8 +307,8 @@ mod tests {
         let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
         let place =
             |index: usize| lookup(DVec3::new((index % 60) as f64, (index / 60) as f64, 0.0) / 15.0, DVec3::Z, 0.1);
-        let asked: Vec<u32> = (0..3600).map(|index| grid.ask(&place(index))).collect();
+        let found: Vec<u32> = (0..3600).map(|index| grid.look_up(&place(index))).collect();
         assert!(grid.len() > 3000);
-        assert!((0..3600).all(|index| grid.ask(&place(index)) == asked[index]));
+        assert!((0..3600).all(|index| grid.look_up(&place(index)) == found[index]));
     }
 }

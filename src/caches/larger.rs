@@ -8,7 +8,7 @@ use crate::base::memory::bytes_of_list;
 /// Cells of all sizes that hold samples, each with its light.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LargerCells {
-    /// Where they lie, in a table of their own: most cells that rays ask have no samples, and would be in the way.
+    /// Where they lie, in a table of their own: most cells that rays look up have no samples, and would be in the way.
     grid: CellGrid,
     /// Light of each in lx: its own where it has samples itself, else the mean of all samples within it.
     told_lx: Vec<f32>,

@@ -1,7 +1,7 @@
-//! The light in cells: samples taken where rays asked, and one linear system for all bounces.
+//! The light in cells: samples taken where rays looked cells up, and one linear system for all bounces.
 //!
 //! Cells tell indirect light alone: it changes little from place to place, where direct light has edges. A sample at a place of
-//! cell c sends a ray that meets a surface of reflectance ρ in cell z. What it finds without asking a cell is P: direct light at
+//! cell c sends a ray that meets a surface of reflectance ρ in cell z. What it finds without a cell is P: direct light at
 //! that surface among it. The indirect illuminance of the cell is I_c = mean(P + ρ I_z): a sparse system that sweeps solve without
 //! a ray.
 
@@ -158,7 +158,7 @@ impl CellLight {
         }
     }
 
-    /// What the cell that a sample asked sends to it, in lx.
+    /// What the cell that a sample looked up sends to it, in lx.
     #[inline]
     fn sent_lx(&self, sample: &CellSample) -> f64 {
         f64::from(sample.reflectance) * f64::from(self.value_lx(sample.next))
@@ -189,12 +189,12 @@ mod tests {
         for cell in 0..count {
             let point_m = DVec3::new(f64::from(cell), 0.0, 0.0);
             let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0 };
-            assert_eq!(light.grid.ask(&lookup), cell);
+            assert_eq!(light.grid.look_up(&lookup), cell);
         }
         light
     }
 
-    /// A sample of a cell that found some light, and asked another cell.
+    /// A sample of a cell that found some light, and looked up another cell.
     fn sampled(light: &mut CellLight, cell: u32, plain_lx: f32, reflectance: f32, next: u32) {
         light.book(cell);
         light.add(CellSample { cell, plain_lx, reflectance, next });
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn larger_cells_that_nobody_asked_tell_the_mean_of_what_they_hold() {
+    fn larger_cells_that_nobody_looked_up_tell_the_mean_of_what_they_hold() {
         let mut light = cells(2);
         for (cell, plain_lx) in [(0, 10.0), (0, 20.0), (1, 60.0)] {
             sampled(&mut light, cell, plain_lx, 0.0, NO_CELL);
@@ -234,18 +234,18 @@ mod tests {
     fn cells_without_samples_ask_larger_ones() {
         let mut light = cells(1);
         sampled(&mut light, 0, 10.0, 0.0, NO_CELL);
-        let ask = |light: &mut CellLight, normal: DVec3| {
+        let look_up = |light: &mut CellLight, normal: DVec3| {
             let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05 };
-            light.grid.ask(&lookup)
+            light.grid.look_up(&lookup)
         };
-        let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| ask(&mut light, normal));
+        let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| look_up(&mut light, normal));
         light.solve();
         // The other faces a way of which nothing is known.
         assert_eq!([finer, other].map(|cell| light.value_lx(cell)), [10.0; 2]);
         // What they were told is renewed with the samples, and cells that come later are told it too.
         sampled(&mut light, 0, 30.0, 0.0, NO_CELL);
         light.solve();
-        let later = ask(&mut light, DVec3::Y);
+        let later = look_up(&mut light, DVec3::Y);
         light.solve();
         assert_eq!([finer, other, later].map(|cell| light.value_lx(cell)), [20.0; 3]);
     }

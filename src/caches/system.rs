@@ -18,7 +18,7 @@ pub const NO_CELL: u32 = u32::MAX;
 pub struct CellSample {
     /// Cell that the place belongs to.
     pub cell: u32,
-    /// What it found without asking a cell, in lx.
+    /// What it found without a cell, in lx.
     pub plain_lx: f32,
     /// Reflectance of what the ray met.
     pub reflectance: f32,
@@ -37,14 +37,14 @@ pub struct System {
     pub values_lx: Vec<f32>,
     /// Number of the first link of each, and of all.
     firsts: Vec<u32>,
-    /// Of every sample that asked such a cell: which, and the reflectance there.
+    /// Of every sample that looked_up such a cell: which, and the reflectance there.
     links: Vec<(u32, f32)>,
     /// Sum over the samples of each of what they found otherwise, in lx.
     own_lx: Vec<f64>,
     /// Number of samples of each.
     counts: Vec<u16>,
-    /// Sum of the reflectances of the links that ask each.
-    asked: Vec<f64>,
+    /// Sum of the reflectances of the links that lead to each.
+    looked_up: Vec<f64>,
 }
 
 impl System {
@@ -64,7 +64,7 @@ impl System {
         (0..cells.len()).for_each(|number| firsts[number + 1] += firsts[number]);
         let mut free = firsts.clone();
         let mut links = vec![(0, 0.0); firsts[cells.len()] as usize];
-        let (mut own_lx, mut asked) = (vec![0.0; cells.len()], vec![0.0; cells.len()]);
+        let (mut own_lx, mut looked_up) = (vec![0.0; cells.len()], vec![0.0; cells.len()]);
         for sample in samples {
             let (number, next) = (number_of(sample.cell) as usize, number_of(sample.next));
             own_lx[number] += f64::from(sample.plain_lx);
@@ -74,12 +74,12 @@ impl System {
             } else {
                 links[free[number] as usize] = (next, sample.reflectance);
                 free[number] += 1;
-                asked[next as usize] += f64::from(sample.reflectance);
+                looked_up[next as usize] += f64::from(sample.reflectance);
             }
         }
         let values_lx = cells.iter().map(|cell| known_lx[*cell as usize]).collect();
         let counts = cells.iter().map(|cell| counts[*cell as usize]).collect();
-        System { cells, values_lx, firsts, links, own_lx, counts, asked }
+        System { cells, values_lx, firsts, links, own_lx, counts, looked_up }
     }
 
     /// Sweeps until next to nothing changes any more.
@@ -110,7 +110,8 @@ impl System {
         }
         // What samples hold by themselves must be what cells hold beyond what is sent.
         let own_lx: f64 = self.own_lx.iter().sum();
-        let sent_lx: f64 = self.values_lx.iter().zip(&self.asked).map(|(lx, asked)| asked * f64::from(*lx)).sum();
+        let sent_lx: f64 =
+            self.values_lx.iter().zip(&self.looked_up).map(|(lx, looked_up)| looked_up * f64::from(*lx)).sum();
         let scale = own_lx / (held_lx - sent_lx);
         if (LEAST_SCALE..MOST_SCALE).contains(&scale) {
             self.values_lx.iter_mut().for_each(|lx| *lx *= scale as f32);

@@ -38,7 +38,7 @@ pub struct Stage {
     pub mirrors: Option<Mirrors>,
     /// Which luminaires are in sight from which parts of the surfaces, where that changes a walk's choice: docs/methods.md (6).
     pub selection_by_region: SelectionByRegion,
-    /// The same from many small cubes of space, once a run has found it worth while: docs/methods.md (4b).
+    /// The same from many small cubes of space, once a run has found it worth while: docs/methods.md (41).
     selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
     pub near_lights: Option<NearLights>,

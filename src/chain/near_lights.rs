@@ -133,7 +133,7 @@ impl NearLights {
     }
 
     /// The share with which a look at an emitter counts from a diffuse place with the normal of its lit side, that a walk met on the
-    /// side with the normal `seen`, coming from where it looked back from.
+    /// side with the normal `seen`, coming from where it looked back from: docs/methods.md (42).
     #[inline]
     pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, seen: DVec3, from: LookedBack) -> f64 {
         if !self.is_near[emitter as usize] {

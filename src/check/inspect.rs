@@ -241,7 +241,7 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
     let surface = &scene.surfaces[id as usize];
     let material = &scene.materials[surface.material as usize];
     let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
-    let cells = elements.cells_of_surface(scene, id);
+    let range = elements.of_surface(scene, id);
     let [reflectance, transmittance] = material.law.shares_at_normal_incidence();
     InspectedSurface {
         name: surface.name.clone(),
@@ -251,7 +251,7 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
         transmittance,
         area_m2: surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum(),
         triangles: surface.triangles.len(),
-        elements: u64::from(cells.end - cells.start) / sides.len() as u64,
+        elements: u64::from(range.end - range.start) / sides.len() as u64,
         sides: sides.into_iter().map(Side::name).collect(),
     }
 }

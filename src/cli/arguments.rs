@@ -11,7 +11,7 @@ use super::merge::MergeArguments;
 use super::new::NewArguments;
 use super::resume::ResumeArguments;
 use super::sobolev::{self, SobolevArguments};
-use super::solve::SolveArguments;
+use super::solve_arguments::SolveArguments;
 use super::sunlight::{self, SunlightArguments};
 use super::ugr_table::{self, UgrTableArguments};
 use super::validate::ValidateArguments;

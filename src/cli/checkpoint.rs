@@ -9,7 +9,7 @@ use super::exit::Failure;
 use super::method::MethodChoice;
 use super::number_text::{count, percent, time};
 use super::results::counted;
-use super::solve::{Resumption, SolveArguments};
+use super::solve_arguments::{Resumption, SolveArguments};
 use crate::output::{
     CheckpointFile, CheckpointHeader, SealedError, prove_checkpoint, read_checkpoint, write_checkpoint,
 };

@@ -15,7 +15,7 @@ const BYTES_PER_ENTRY: u64 = 720;
 const BYTES_PER_TRIANGLE: u64 = 450;
 const BYTES_PER_LUMINAIRE: u64 = 1000;
 
-/// Bytes that a run takes at most, about; cells and what is asked of them apart, which have a share of the memory.
+/// Bytes that a run takes at most, about; cells and what is gathered through them apart, which have a share of the memory.
 pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let entries: usize = map_requests(scene, &settings.maps)
         .into_iter()

@@ -53,7 +53,7 @@ pub fn words_of(option: &str) -> Option<Vec<&'static str>> {
     match option {
         "method" => Some(all_methods().map(MethodChoice::name).collect()),
         "elements" => Some(ELEMENT_CHOICES.iter().map(|(name, _)| *name).collect()),
-        "plots" => Some(vec!["svg", "png", "svg,png", "none"]),
+        "plots" => Some(PLOT_WORDS.to_vec()),
         "language" => Some(Language::all().into_iter().map(Language::code).collect()),
         _ => None,
     }
@@ -85,6 +85,9 @@ impl Plots {
     }
 }
 
+/// The formats of plots in a list, and no plots.
+const PLOT_WORDS: [&str; 4] = ["svg", "png", "svg,png", "none"];
+
 /// Reads a list of formats, for clap.
 pub fn plots(text: &str) -> Result<Plots, String> {
     if text == "none" {
@@ -95,7 +98,10 @@ pub fn plots(text: &str) -> Result<Plots, String> {
         match format.trim() {
             "svg" => plots.svg = true,
             "png" => plots.png = true,
-            _ => return Err("write svg, png, svg,png or none".to_owned()),
+            _ => {
+                let [words @ .., last] = PLOT_WORDS;
+                return Err(format!("write {} or {last}", words.join(", ")));
+            }
         }
     }
     Ok(plots)

@@ -36,6 +36,7 @@ mod selection;
 mod share;
 mod sobolev;
 mod solve;
+mod solve_arguments;
 mod sunlight;
 mod text_table;
 mod time_guard;

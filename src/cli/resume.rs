@@ -6,7 +6,8 @@ use std::time::Instant;
 use clap::Args;
 
 use super::method::{self, Plots};
-use super::solve::{Resumption, SolveArguments, run_from};
+use super::solve::run_from;
+use super::solve_arguments::{Resumption, SolveArguments};
 use super::{Outcome, values};
 use crate::output::{CheckpointFile, SealedError, read_checkpoint};
 

@@ -1,10 +1,7 @@
 //! `luxmc solve`: read, prove the directory, compute, write, tell.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
-
-use clap::Args;
-use serde::{Deserialize, Serialize};
 
 use super::beforehand::{Beforehand, Kinds};
 use super::checkpoint::CheckpointKeeper;
@@ -12,142 +9,21 @@ use super::dry_run::{self, dry_run};
 use super::exit::Failure;
 use super::kept_back::{KeptBack, Machine, Work, files_about, needs_trial, trial};
 use super::memory::limit_memory;
-use super::mesh::MeshArguments;
-use super::method::{self, MethodChoice, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
-use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
-use super::run::{RunOptions, RunStory, SceneRun};
+use super::results::{closing_lines, counted, exit_of, tell_results};
+use super::run::{RunStory, SceneRun};
+use super::solve_arguments::{Resumption, SolveArguments, command_again, command_without_output, options};
 use super::time_guard::TimeGuard;
-use super::verdict_target::{self, Target, target};
-use super::{Outcome, checkpoint, console, share, values};
-use crate::check::{MeshCheck, read_scene, skip_checks};
+use super::verdict_target;
+use super::{Outcome, checkpoint, console, share};
+use crate::check::{read_scene, skip_checks};
 use crate::maps::MapKind;
-use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
+use crate::output::{PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::under_way::reading_so_far;
-use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
-use crate::solver::{ElementChoice, GoingOn, MapSums, Portion, Settings, Share, ShareRecord, Solution, map_requests};
-
-const EXAMPLES: &str = "\
-Examples:
-  luxmc solve office.json --out out                       to a stated error of 1% (the default)
-  luxmc solve office.json --out out --target-error 0.5%   finer
-  luxmc solve office.json --out out --target verdicts     until every requirement is met or not, beyond doubt
-  luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
-  luxmc solve office.json --out out --chains 1e6          the same bytes in every run
-  luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
-  luxmc solve campus.json --out out/3 --receivers-part 3/8       every eighth receiver, for luxmc merge
-  luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt goes on
-  luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
-  luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
-
-The first stop rule met ends the run. Standard output carries the result table alone.
-Ctrl-C ends the run and writes what it has; another one a second later ends the process at once.
-Exit code 3: a limit came before the target.";
-
-/// Arguments of `luxmc solve`.
-#[derive(Debug, Args, Serialize, Deserialize)]
-#[command(after_help = EXAMPLES)]
-pub struct SolveArguments {
-    /// Scene file (JSON)
-    pub(super) scene: PathBuf,
-    /// Directory for the results; made where missing, other files in it stay
-    #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
-    pub out: Option<PathBuf>,
-    /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
-    /// of 3, 1, 0.3 and 0.1%, and to --target-error
-    #[arg(long)]
-    pub(super) dry_run: bool,
-    /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
-    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
-    pub target_error: Option<f64>,
-    /// Go on until every requirement of the scene is met or not, beyond doubt: verdicts. Computes the receiver sets, unless --maps names
-    /// others; --target-error then is the least error to go to [default: 0.1%]
-    #[arg(long, value_name = "WHAT", value_parser = target)]
-    pub(super) target: Option<Target>,
-    /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
-    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
-    time_limit: Option<f64>,
-    /// Chains for every map, rounded up to fill the replicas: 1000000, 1_000_000 or 1e6
-    #[arg(long, value_name = "N", value_parser = values::chains, allow_hyphen_values = true)]
-    chains: Option<u64>,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "SEED", default_value = "0", value_parser = values::seed, allow_hyphen_values = true)]
-    seed: u64,
-    /// Worker threads; results do not depend on them [default: all processors]
-    #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
-    pub threads: Option<usize>,
-    /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
-    /// commas between [default: all are computed; the target binds the receiver sets, if any]
-    #[arg(long, value_name = "MAPS")]
-    maps: Option<String>,
-    /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
-    /// light-mesh (planes and luminance; pays with many luminaires and many receivers)
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
-    pub(super) method: MethodChoice,
-    /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
-    /// target asks, with their discretisation error) or given (the scene's own, as means)
-    #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
-    elements: ElementChoice,
-    /// Compute one of many independent shares of a run, such as 3/8, which luxmc merge makes one result of. --chains or --time-limit
-    /// say how much work it is; --target-error is what the merged result is judged by
-    #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
-    pub(super) share: Option<Share>,
-    /// Compute one of several parts of the receivers, such as 3/8: every eighth point of each set from the third on. luxmc merge makes one
-    /// result of all parts, and judges the target
-    #[arg(long, value_name = "K/N", value_parser = values::receivers_part, allow_hyphen_values = true, conflicts_with = "dry_run")]
-    pub(super) receivers_part: Option<ReceiversPart>,
-    /// Keep the state of the run in this file, from which luxmc resume goes on
-    #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
-    #[serde(skip)]
-    pub checkpoint: Option<PathBuf>,
-    /// Time between two checkpoints: 60s, 5m; longer where writing takes more than 2 % of it [default: 60s]
-    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true, requires = "checkpoint")]
-    pub checkpoint_every: Option<f64>,
-    #[command(flatten)]
-    #[serde(skip)]
-    mesh: MeshArguments,
-    /// Plots: svg, png, both with a comma between, or none [default: svg]
-    #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
-    pub plots: Option<Plots>,
-    /// Language of report, plots and the table on the terminal: en or de
-    #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
-    #[serde(default)]
-    pub language: Language,
-    /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
-    #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
-    pub memory_limit: Option<u64>,
-    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
-    #[arg(long)]
-    pub allow_large: bool,
-    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
-    /// warnings of the run say which
-    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
-    #[serde(default)]
-    pub skip_check: Vec<MeshCheck>,
-    /// No progress on standard error; warnings and errors stay
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-impl SolveArguments {
-    /// What of the run is asked for, if not all of it.
-    fn portion(&self) -> Option<Portion> {
-        let (share, part) = (self.share, self.receivers_part);
-        (share.is_some() || part.is_some()).then_some(Portion { share, part })
-    }
-}
-
-/// A run that goes on.
-pub struct Resumption {
-    /// Its checkpoint.
-    pub file: CheckpointFile,
-    /// Where its scene lies.
-    pub scene: PathBuf,
-    /// Seconds from the start of the process at which this part of it ends.
-    pub time_limit_s: Option<f64>,
-}
+use crate::scene::{Elements, Scene, allow_large_files};
+use crate::solver::{ElementChoice, GoingOn, MapSums, Portion, Settings, ShareRecord, Solution, map_requests};
 
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
@@ -371,55 +247,6 @@ fn notes_on<'a>(arguments: &SolveArguments, solution: &'a Solution) -> impl Iter
     let is_idle = arguments.elements == ElementChoice::Given && !binds_elements;
     let idle = "--elements given changes nothing here, since the target does not bind the element map";
     is_idle.then_some(idle).into_iter().chain(solution.notes.iter().map(String::as_str))
-}
-
-/// The command with which the run can be made again.
-fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
-    let portion = arguments.portion().map_or(String::new(), share::options_of);
-    format!("{} --out out{portion}", command_without_output(arguments, solution))
-}
-
-/// The same without directory and portion.
-pub(super) fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
-    let mut command = format!("luxmc solve {} --seed {}", quoted(&arguments.scene), arguments.seed);
-    if arguments.target.is_some() {
-        command += " --target verdicts";
-    }
-    match (arguments.chains, arguments.target_error) {
-        (None, None) if arguments.target.is_some() => {}
-        (Some(chains), _) => command += &format!(" --chains {chains}"),
-        (None, Some(target)) => command += &format!(" --target-error {target}"),
-        (None, None) => {
-            command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
-        }
-    }
-    if arguments.method != MethodChoice::AUTO {
-        command += &format!(" --method {}", solution.method);
-    }
-    command += &arguments.mesh.again();
-    if let Some(limit_s) = arguments.time_limit {
-        command += &format!(" --time-limit {limit_s}s");
-    }
-    if let Some(maps) = &arguments.maps {
-        command += &format!(" --maps {}", quoted(Path::new(maps)));
-    }
-    command
-}
-
-pub(super) fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
-    Ok(RunOptions {
-        method: arguments.method,
-        elements: arguments.elements,
-        mesh: arguments.mesh.choice(arguments.method == MethodChoice::LightMesh)?,
-        seed: arguments.seed,
-        target_error: arguments.target_error,
-        target: arguments.target,
-        chains: arguments.chains,
-        time_limit_s: arguments.time_limit,
-        maps: arguments.maps.clone(),
-        threads: arguments.threads,
-        receivers_part: arguments.receivers_part,
-    })
 }
 
 pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {

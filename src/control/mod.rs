@@ -1,18 +1,18 @@
 //! Pure decisions: when a map is right enough, whether that can be believed, how much work that takes, and when to look again.
 
 mod adapt;
-mod cells;
 mod checks;
 mod forecast;
+mod gathering;
 mod plan_bounds;
 mod schedule;
 mod stop;
 mod verdict;
 
 pub use adapt::{ElementLoss, cuts_for};
-pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::{effective_scores, statistical_checks};
 pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work, work_to_pass};
+pub use gathering::{GatheringGrowth, GatheringParts, KINDS};
 pub use schedule::{GROWTH_AFTER_REFUSAL, after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, EXPONENT_OF_INDEPENDENT_SAMPLES, accepts, margin, needed_work};
 pub use verdict::{Certainty, INTERVAL, Limit, Ruling, certainty, is_decided_at_look};

@@ -1,6 +1,6 @@
-//! How far the plan of a map that asks cells may be off, by what is known of the numbers that it goes by.
+//! How far the plan of a map that gathers may be off, by what is known of the numbers that it goes by.
 
-use super::CellParts;
+use super::GatheringParts;
 use super::forecast::NINE_OF_TEN;
 use crate::maps::REPLICAS;
 
@@ -10,7 +10,7 @@ const OF_BIAS: f64 = 0.8;
 /// A variance is taken to be this share of what was measured at least.
 const LEAST_SHARE: f64 = 0.25;
 
-impl CellParts {
+impl GatheringParts {
     /// Rays beyond those so far by which the plan reaches a target in lx, where all that was measured is as low, and as high, as it is
     /// in one run of twenty.
     ///
@@ -50,7 +50,7 @@ mod tests {
     /// The bounds hold the plan, and lie the farther apart the less walks know of the cells.
     #[test]
     fn bounds_hold_the_plan_and_part_with_ignorance() {
-        let parts = |standard_error: f64| CellParts {
+        let parts = |standard_error: f64| GatheringParts {
             squared_lx2: [0.01, 4.0, 0.01],
             rays: [1e5; KINDS],
             residuals: ResidualState {

@@ -80,10 +80,10 @@ mod tests {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface") as u32;
             let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
             let (mut inside, mut near_edges, mut beside, mut within) = (0, 0, 0, 0);
-            for cell in stage.elements.cells_of_surface(&scene, surface) {
-                let element = Element::of(&stage, &scene, &stage.elements, cell);
+            for index in stage.elements.of_surface(&scene, surface) {
+                let element = Element::of(&stage, &scene, &stage.elements, index);
                 for place in 0..20_000 {
-                    stream.seek((u64::from(cell) << 32) | place);
+                    stream.seek((u64::from(index) << 32) | place);
                     let at = element.draw(&stage, &mut stream);
                     let point_m = element.point_m(&stage, at);
                     let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
@@ -129,10 +129,10 @@ mod tests {
             scene.surfaces.iter().position(|surface| surface.name == "room/ceiling").expect("a surface") as u32;
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         let mut in_the_dark = 0;
-        for cell in stage.elements.cells_of_surface(&scene, surface) {
-            let element = Element::of(&stage, &scene, &stage.elements, cell);
+        for index in stage.elements.of_surface(&scene, surface) {
+            let element = Element::of(&stage, &scene, &stage.elements, index);
             for place in 0..20_000 {
-                stream.seek((u64::from(cell) << 32) | place);
+                stream.seek((u64::from(index) << 32) | place);
                 let at = element.draw(&stage, &mut stream);
                 let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
                 let meets_back = |direction: DVec3| {

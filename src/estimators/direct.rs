@@ -366,7 +366,7 @@ fn point_over_element(
 ) -> Option<f64> {
     let [a, b, c] = element.corners_m.map(|corner| corner - point.position_m);
     let facing = -(b - a).cross(c - a).dot(a);
-    let side = element.cell.side;
+    let side = element.id.side;
     if (side == Side::Front && facing <= 0.0) || (side == Side::Back && facing >= 0.0) {
         return None;
     }

@@ -8,13 +8,13 @@ use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
-use crate::scene::{Cell, Elements, Scene, body_of};
+use crate::scene::{ElementSide, Elements, Scene, body_of};
 
 /// An element side with all that its samples need.
 #[derive(Clone, Copy, Debug)]
 pub struct Element {
     /// What it is.
-    pub cell: Cell,
+    pub id: ElementSide,
     /// Its corners in m, turned like its triangle's front.
     pub corners_m: [DVec3; 3],
     /// Barycentric coordinates of its corners in its triangle.
@@ -46,14 +46,14 @@ pub struct TwoLooks {
 impl Element {
     /// The element side of a number.
     pub fn of(stage: &Stage, scene: &Scene, elements: &Elements, index: u32) -> Element {
-        let cell = elements.cell(index);
+        let id = elements.element(index);
         Element {
-            cell,
-            corners_m: elements.corners_m(scene, cell),
-            corners: elements.corners(&cell),
-            normal: stage.normal(cell.triangle, cell.side),
-            curved: body_of(stage.bodies(), cell.triangle).is_some(),
-            area_m2: elements.area_m2(scene, cell),
+            id,
+            corners_m: elements.corners_m(scene, id),
+            corners: elements.corners(&id),
+            normal: stage.normal(id.triangle, id.side),
+            curved: body_of(stage.bodies(), id.triangle).is_some(),
+            area_m2: elements.area_m2(scene, id),
             covered_in_part: false,
         }
     }
@@ -65,7 +65,7 @@ impl Element {
 
     /// The side of a triangle that it lies on.
     pub fn spot(&self) -> TriangleSide {
-        (self.cell.triangle, self.cell.side)
+        (self.id.triangle, self.id.side)
     }
 
     /// Whether it is a part of a leaf of a smooth body.
@@ -78,9 +78,9 @@ impl Element {
     pub fn draw(&self, stage: &Stage, stream: &mut Stream) -> [f64; 2] {
         let mut at = uniform_triangle(stream.pair());
         if self.curved
-            && let Some(body) = body_of(stage.bodies(), self.cell.triangle)
+            && let Some(body) = body_of(stage.bodies(), self.id.triangle)
         {
-            while !stream.happens(body.keeping(self.cell.triangle, self.inner(at))) {
+            while !stream.happens(body.keeping(self.id.triangle, self.inner(at))) {
                 at = uniform_triangle(stream.pair());
             }
         }
@@ -100,7 +100,7 @@ impl Element {
         if !self.curved {
             return self.normal;
         }
-        stage.normal_on(self.cell.triangle, self.inner(at), self.cell.side)
+        stage.normal_on(self.id.triangle, self.inner(at), self.id.side)
     }
 
     /// Its middle in m, and the unit normal there.
@@ -152,16 +152,16 @@ impl Element {
     /// Where a ray leaves the element.
     #[inline]
     pub fn origin(&self, stage: &Stage, at: [f64; 2]) -> Origin {
-        stage.tracer.surface_origin(self.cell.triangle, self.inner(at), self.cell.side)
+        stage.tracer.surface_origin(self.id.triangle, self.inner(at), self.id.side)
     }
 
     /// The point in m.
     #[inline]
     pub fn point_m(&self, stage: &Stage, [u, v]: [f64; 2]) -> DVec3 {
         if self.curved
-            && let Some(body) = body_of(stage.bodies(), self.cell.triangle)
+            && let Some(body) = body_of(stage.bodies(), self.id.triangle)
         {
-            return body.place(self.cell.triangle, self.inner([u, v])).0;
+            return body.place(self.id.triangle, self.inner([u, v])).0;
         }
         let [a, b, c] = self.corners_m;
         a + u * (b - a) + v * (c - a)

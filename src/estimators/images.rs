@@ -74,7 +74,7 @@ impl Trail {
     }
 
     /// Share of an area's light that is the ray's to count where it meets that, z/(1 + z) with z its density over that with
-    /// which looks find the same (docs/methods.md (15b)).
+    /// which looks find the same (docs/methods.md (44)).
     pub fn share_of_ray(&self, stage: &Stage, mirrors: &Mirrors, number: u32) -> f64 {
         let mut beam = Beam::above(self.point_m, self.normal);
         let mut normal = self.normal;
@@ -197,7 +197,7 @@ pub fn look_for_areas_beside_rays(
     if chance < 1.0 && !stream.happens(chance) {
         return (0.0, 0);
     }
-    // 1/(1 + z), z the density of a ray over that of the look: docs/methods.md (15b).
+    // 1/(1 + z), z the density of a ray over that of the look: docs/methods.md (44).
     let count = |lx: f64, towards: DVec3, chosen: &Chosen| {
         let lx = lx / chance;
         responses(towards)

@@ -1,12 +1,12 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
-pub mod cells;
 pub mod coefficients;
 pub mod control_variate;
 pub mod cover;
 pub mod direct;
 pub mod element;
 pub mod far_field;
+pub mod gathering;
 pub mod glare;
 pub mod images;
 pub mod local;

@@ -45,7 +45,7 @@ struct LobeRay {
 
 /// What the cache answers where a walk meets a diffuse surface, and what the walk does then.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Recall {
+pub enum CacheAnswer {
     /// Nothing is known: the walk goes on by itself.
     Nothing,
     /// The walk ends: this indirect illuminance in lx stands for the rest of it.
@@ -67,18 +67,18 @@ pub struct Met<'a> {
 }
 
 /// A cache that walks ask, as in final gathering: it may know the indirect light of a diffuse surface, and the direct light too.
-pub trait Memory {
+pub trait Cache {
     /// What is known at a diffuse surface, and the rays that asking took.
-    fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64);
+    fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64);
 }
 
 /// No cache: walks go on until they are absorbed or leave.
 struct Blank;
 
-impl Memory for Blank {
+impl Cache for Blank {
     #[inline]
-    fn recall(&mut self, _: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
-        (Recall::Nothing, 0)
+    fn look_up(&mut self, _: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
+        (CacheAnswer::Nothing, 0)
     }
 }
 
@@ -88,16 +88,16 @@ pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, str
 }
 
 /// One sample of the indirect illuminance at a receiver in lx, and the rays it took: the walk ends at the first diffuse
-/// surface whose indirect light the memory knows, and is as right as the memory.
+/// surface whose indirect light the cache knows, and is as right as the cache.
 pub fn gather_indirect_lx(
     stage: &Stage,
     receiver: &Receiver,
-    memory: &mut impl Memory,
+    cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let variates = stream.pair();
-    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, memory, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, cache, cut, stream);
     (looked_lx + arriving_lx, rays)
 }
 
@@ -107,7 +107,7 @@ pub fn gather_parts_lx(
     stage: &Stage,
     receiver: &Receiver,
     variates: [f64; 2],
-    memory: &mut impl Memory,
+    cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
@@ -121,7 +121,7 @@ pub fn gather_parts_lx(
         trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
         looked_back,
     };
-    let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
+    let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
 
@@ -179,17 +179,17 @@ pub fn sample_arriving_lx(
     gather_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
 }
 
-/// The same where a memory knows what comes after diffuse surfaces, or counts it by itself.
+/// The same where a cache knows what comes after diffuse surfaces, or counts it by itself.
 pub fn gather_arriving_lx(
     stage: &Stage,
     origin: Origin,
     direction: DVec3,
-    memory: &mut impl Memory,
+    cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let start = Start { origin, direction, trail: None, looked_back: None };
-    follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream)
+    follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
 /// The same of a part of it: see [`sample_share_lx`]. With a trail, areas in mirrors have been looked for from where it starts.
@@ -231,7 +231,7 @@ fn follow_lm_m2(
     stage: &Stage,
     start: Start,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
-    memory: &mut impl Memory,
+    cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
@@ -279,7 +279,7 @@ fn follow_lm_m2(
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
         if let Law::Diffuse(law) = law {
-            let (known_lm_m2, known_rays) = vertex.recalled_lm_m2(law.reflectance, shares, memory, cut, stream);
+            let (known_lm_m2, known_rays) = vertex.cached_lm_m2(law.reflectance, shares, cache, cut, stream);
             rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
                 return (sum_lm_m2 + weight * known_lm_m2, rays);
@@ -384,20 +384,20 @@ struct Vertex<'a> {
 impl Vertex<'_> {
     /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
     #[inline]
-    fn recalled_lm_m2(
+    fn cached_lm_m2(
         &self,
         reflectance: f64,
         shares: [f64; 2],
-        memory: &mut impl Memory,
+        cache: &mut impl Cache,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (Option<f64>, u64) {
         let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance };
-        let (recall, rays) = memory.recall(&met, cut, stream);
-        match recall {
-            Recall::Nothing => (None, rays),
-            Recall::Stop => (Some(0.0), rays),
-            Recall::End(known_lx) => {
+        let (answer, rays) = cache.look_up(&met, cut, stream);
+        match answer {
+            CacheAnswer::Nothing => (None, rays),
+            CacheAnswer::Stop => (Some(0.0), rays),
+            CacheAnswer::End(known_lx) => {
                 // What is known holds the images in mirrors.
                 let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
                 let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));

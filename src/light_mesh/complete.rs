@@ -4,10 +4,9 @@
 use super::entries::Entries;
 use super::exact::looks_are_exact;
 use super::judge::ONE_IN_TWENTY;
-use super::options::SHARE_OF_DIRECT;
-use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner, SHARE_OF_ALL};
-use super::result::{mean_lx, random_lx};
-use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy};
+use super::options::{HURRIED_PLACE_WALKS, SHARE_OF_ALL, SHARE_OF_DIRECT};
+use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, mean_lx, random_lx};
 use super::walks::HALVES;
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
@@ -18,8 +17,6 @@ const MOST_WALKS: u32 = 1 << 20;
 const FIRST_ROUND_WALKS: u32 = 16;
 /// Rays of a round, about: after each, clocks and the error are looked at.
 const RAYS_OF_ROUND: f64 = 1e6;
-/// Walks from a place in the only round, after the run has been ended.
-pub(super) const HURRIED_PLACE_WALKS: u32 = 4;
 /// Part of the target that walks get at least, whatever direct light has taken.
 const LEAST_SHARE: f64 = 0.3;
 

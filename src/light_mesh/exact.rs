@@ -9,7 +9,7 @@ use crate::estimators::direct::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
-use crate::scene::{Cell, ReceiverPoint};
+use crate::scene::{ElementSide, ReceiverPoint};
 
 /// One unbiased sample of direct illuminance by a look at every emitter, exact where all are points, and its rays.
 pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
@@ -46,7 +46,7 @@ enum RayStart {
     /// On the side of whatever surface it lies on that its normal points to.
     Side,
     /// On an element side, at these weights of the triangle's corners.
-    Cell(Cell, [f64; 2]),
+    Element(ElementSide, [f64; 2]),
     /// Known from the ray that met the surface.
     At(Origin),
 }
@@ -63,20 +63,20 @@ impl MeshPlace {
     }
 
     /// A point of an element side by the weights of the element's second and third corner.
-    pub fn of_cell(around: &Surroundings, cell: Cell, [u, v]: [f64; 2]) -> MeshPlace {
-        let part = around.stage.elements.corners(&cell);
+    pub fn of_element(around: &Surroundings, element: ElementSide, [u, v]: [f64; 2]) -> MeshPlace {
+        let part = around.stage.elements.corners(&element);
         let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
-        let [a, b, c] = around.scene.corners_m(cell.triangle);
+        let [a, b, c] = around.scene.corners_m(element.triangle);
         MeshPlace {
             point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
-            normal: around.stage.normal(cell.triangle, cell.side),
-            start: RayStart::Cell(cell, inner),
+            normal: around.stage.normal(element.triangle, element.side),
+            start: RayStart::Element(element, inner),
         }
     }
 
     /// A random point of an element side, every part of its area alike.
-    pub fn drawn_in_cell(around: &Surroundings, cell: Cell, stream: &mut Stream) -> MeshPlace {
-        MeshPlace::of_cell(around, cell, uniform_triangle(stream.pair()))
+    pub fn drawn_in_element(around: &Surroundings, element: ElementSide, stream: &mut Stream) -> MeshPlace {
+        MeshPlace::of_element(around, element, uniform_triangle(stream.pair()))
     }
 
     /// Hands the spot to `ask` as a receiver.
@@ -84,7 +84,7 @@ impl MeshPlace {
     pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {
             RayStart::Side => stage.tracer.side_origin(self.point_m, self.normal),
-            RayStart::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
+            RayStart::Element(element, inner) => stage.tracer.surface_origin(element.triangle, inner, element.side),
             RayStart::At(origin) => origin,
         };
         ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })

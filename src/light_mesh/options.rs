@@ -4,6 +4,12 @@
 pub const DIRECT_PLACES: usize = 1024;
 /// Part of the target that direct light may use where there is indirect light too, which gets what is left; squares add up.
 pub(super) const SHARE_OF_DIRECT: f64 = 0.6;
+/// Part of the target that all light may use: the last check has its own chance.
+pub(super) const SHARE_OF_ALL: f64 = 0.9;
+/// Walks from a checked place in each half, for the first mesh.
+pub(super) const FIRST_CHECK_WALKS: u64 = 256;
+/// Walks from a place in the only round, after the run has been ended.
+pub(super) const HURRIED_PLACE_WALKS: u32 = 4;
 
 /// What saves time; each can be switched off, and then changes what is stated beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,16 +6,16 @@ use super::entries::Entries;
 use super::indirect::{IndirectMesh, Stop};
 use super::judge::{ONE_IN_SIXTY, choose, looks_until, measure_direct};
 use super::mesh::{LightMesh, Surroundings};
-use super::options::{Accelerations, DIRECT_PLACES, IndirectForm, Options, RADIUS_PER_STEP, SHARE_OF_DIRECT};
-use super::plan_indirect::FIRST_CHECK_WALKS;
+use super::options::{
+    Accelerations, DIRECT_PLACES, FIRST_CHECK_WALKS, IndirectForm, Options, RADIUS_PER_STEP, SHARE_OF_ALL,
+    SHARE_OF_DIRECT,
+};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
 /// Steps along the side of a map's area on the first mesh tried.
 pub(super) const FIRST_STEPS: f64 = 16.0;
 /// Refinements at most: steps from the first to a 4,000th of it.
 pub(super) const MOST_REFINEMENTS: u32 = 12;
-/// Part of the target that all light may use: the last check has its own chance.
-pub(super) const SHARE_OF_ALL: f64 = 0.9;
 /// The maps' numbers of the streams that check while a plan is made; what is stated at the end is checked anew.
 pub(super) const PLANNING: u32 = 1 << 16;
 

@@ -1,14 +1,13 @@
 //! How the indirect light of a map is computed: the step that is fine enough and the walks that leave little enough chance,
 //! or walks from every place where those take fewer rays.
 
-use super::complete::HURRIED_PLACE_WALKS;
 use super::entries::Entries;
 use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
-use super::options::{IndirectForm, SHARE_OF_DIRECT};
+use super::options::{FIRST_CHECK_WALKS, HURRIED_PLACE_WALKS, IndirectForm, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::plan::{
-    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, SHARE_OF_ALL, Why, half_ball,
-    mean, points_needed, side_m,
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, Why, half_ball, mean,
+    points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
 
@@ -28,8 +27,6 @@ const QUIET: f64 = 0.007;
 const MOST_QUIET_WALKS: u32 = 8192;
 /// Walks from a checked place in each half that tell how bright and how noisy indirect light is.
 const PILOT_WALKS: u64 = 64;
-/// Walks from a checked place in each half, for the first mesh.
-pub(super) const FIRST_CHECK_WALKS: u64 = 256;
 /// Walks from a checked place in each half, at most.
 const MOST_CHECK_WALKS: u64 = 16_384;
 /// Part of the squared error allowed to indirect light that the mesh's step may take.

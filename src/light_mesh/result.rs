@@ -10,7 +10,7 @@ use super::judge::{
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::samples::Samples;
-use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of, mean_lx, random_lx};
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, grid_places, grid_slopes, stated_row,
 };
@@ -264,32 +264,16 @@ impl Planner<'_> {
     }
 }
 
-fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -> f64) -> f64 {
-    let weight: f64 = entries.weights.iter().sum();
-    let sum: f64 = entries.weights.iter().zip(lights).map(|(weight, light)| weight * of(light)).sum();
-    if weight > 0.0 { sum / weight } else { 0.0 }
-}
-
-pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
-    weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
-}
-
-/// Random error in lx of what its two halves differ in.
-pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
-    let square = |light: &EntryLight| {
-        let [even_lx, odd_lx] = halves(light);
-        (even_lx - odd_lx).powi(2)
-    };
-    0.5 * weighted(entries, lights, square).sqrt()
-}
-
 fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weights: &[f64]) -> Vec<TableRow> {
     let mut rows = Vec::new();
     for (id, surface) in scene.surfaces.iter().enumerate() {
-        let cells = elements.cells_of_surface(scene, id as u32);
+        let range = elements.of_surface(scene, id as u32);
         for side in [Side::Front, Side::Back] {
-            let of_side: Vec<usize> =
-                cells.clone().filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+            let of_side: Vec<usize> = range
+                .clone()
+                .filter(|index| elements.element(*index).side == side)
+                .map(|index| index as usize)
+                .collect();
             if of_side.is_empty() {
                 continue;
             }

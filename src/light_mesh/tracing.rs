@@ -224,3 +224,23 @@ fn by_rays(
     let second_lx = if one_half { first_lx } else { half_lx(1) };
     ([first_lx, second_lx], rays)
 }
+
+fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -> f64) -> f64 {
+    let weight: f64 = entries.weights.iter().sum();
+    let sum: f64 = entries.weights.iter().zip(lights).map(|(weight, light)| weight * of(light)).sum();
+    if weight > 0.0 { sum / weight } else { 0.0 }
+}
+
+/// Mean illuminance in lx over the entries, by their weights.
+pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
+    weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
+}
+
+/// Random error in lx of what its two halves differ in.
+pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
+    let square = |light: &EntryLight| {
+        let [even_lx, odd_lx] = halves(light);
+        (even_lx - odd_lx).powi(2)
+    };
+    0.5 * weighted(entries, lights, square).sqrt()
+}

@@ -13,7 +13,7 @@ use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::estimators::sight::MANY_MIRRORS;
-use crate::estimators::walk::{Memory, Met, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
+use crate::estimators::walk::{Cache, CacheAnswer, Met, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -126,13 +126,13 @@ struct DiffuseVertex {
     reflectance: f64,
 }
 
-impl Memory for Halt<'_> {
-    fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64) {
+impl Cache for Halt<'_> {
+    fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64) {
         let receiver = &met.receiver;
         self.at =
             Some(DiffuseVertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
         let (images_lx, rays) = look_at_images(self.around, receiver, cut, stream);
-        (Recall::End(images_lx), rays)
+        (CacheAnswer::End(images_lx), rays)
     }
 }
 

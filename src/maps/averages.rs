@@ -1,4 +1,4 @@
-//! What is left of the cells' error in averages over many elements or points. Neighbours ask the same cells: what these have wrong does
+//! What is left of the cells' error in averages over many elements or points. Neighbours look up the same cells: what these have wrong does
 //! not average out as chance does, and halves that share it agree on it. Walks measure it, as they do for a map (`residuals.rs`).
 
 use super::residuals::{SURE, within_halves};
@@ -6,7 +6,7 @@ use super::{CellsError, HALF, REPLICAS, Residuals};
 
 /// What walks say of an average, once corrections are taken; squares are in lx².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AverageLeft {
+pub struct RemainingInAverage {
     /// Weight of all its elements or points, and of those that walk.
     weight: f64,
     walked_weight: f64,
@@ -21,34 +21,38 @@ pub struct AverageLeft {
     unseen_lx2: f64,
 }
 
-impl AverageLeft {
+impl RemainingInAverage {
     /// Of the average over elements or points that count with these weights: docs/methods.md (39).
-    pub fn of(residuals: &Residuals, error: &CellsError, sites: impl Iterator<Item = (usize, f64)>) -> AverageLeft {
-        let mut left = AverageLeft::default();
+    pub fn of(
+        residuals: &Residuals,
+        error: &CellsError,
+        sites: impl Iterator<Item = (usize, f64)>,
+    ) -> RemainingInAverage {
+        let mut remaining = RemainingInAverage::default();
         let (mut sums_lx, mut walkers, mut by_site_lx2) = ([0.0; REPLICAS], 0.0, 0.0);
         for (site, weight) in sites.filter(|(_, weight)| *weight > 0.0) {
-            left.weight += weight;
-            left.unsure += weight * residuals.unsure(site);
-            left.by_site_lx += weight * error.by_site_lx[site];
+            remaining.weight += weight;
+            remaining.unsure += weight * residuals.unsure(site);
+            remaining.by_site_lx += weight * error.by_site_lx[site];
             by_site_lx2 += weight * error.by_site_lx[site].powi(2);
             if residuals.has_walked(site) {
-                left.walked_weight += weight;
+                remaining.walked_weight += weight;
                 walkers += 1.0;
                 for (replica, sum_lx) in sums_lx.iter_mut().enumerate() {
-                    *sum_lx += weight * residuals.left_lx(replica, site);
+                    *sum_lx += weight * residuals.remaining_lx(replica, site);
                 }
             }
         }
-        let whole = left.weight.max(f64::MIN_POSITIVE);
-        (left.unsure, left.by_site_lx) = (left.unsure / whole, left.by_site_lx / whole);
-        if left.walked_weight > 0.0 {
-            let means_lx = sums_lx.map(|sum_lx| sum_lx / left.walked_weight);
+        let whole = remaining.weight.max(f64::MIN_POSITIVE);
+        (remaining.unsure, remaining.by_site_lx) = (remaining.unsure / whole, remaining.by_site_lx / whole);
+        if remaining.walked_weight > 0.0 {
+            let means_lx = sums_lx.map(|sum_lx| sum_lx / remaining.walked_weight);
             let mean_lx = means_lx.iter().sum::<f64>() / REPLICAS as f64;
-            left.chance_lx2 = within_halves(|replica| means_lx[replica]);
-            left.squared_lx2 = mean_lx * mean_lx - left.chance_lx2;
-            left.unseen_lx2 = (1.0 - left.walked_weight / whole).max(0.0) * by_site_lx2 / whole / walkers;
+            remaining.chance_lx2 = within_halves(|replica| means_lx[replica]);
+            remaining.squared_lx2 = mean_lx * mean_lx - remaining.chance_lx2;
+            remaining.unseen_lx2 = (1.0 - remaining.walked_weight / whole).max(0.0) * by_site_lx2 / whole / walkers;
         }
-        left
+        remaining
     }
 
     /// Variance of what walks say of its square.
@@ -63,14 +67,14 @@ impl AverageLeft {
 /// All of them together tell how much is left where cells are as unsure as everywhere, half a standard error added, as for the map's own
 /// error. An average whose own walks say more, beyond their standard error, is taken to be off by that. One without walks may be off as
 /// far as its places are by themselves.
-pub fn left_of_averages(averages: &[AverageLeft]) -> Vec<f64> {
+pub fn remaining_in_averages(averages: &[RemainingInAverage]) -> Vec<f64> {
     let walked = || averages.iter().filter(|average| average.walked_weight > 0.0);
-    let sum = |of: &dyn Fn(&AverageLeft) -> f64| walked().map(of).sum::<f64>();
+    let sum = |of: &dyn Fn(&RemainingInAverage) -> f64| walked().map(of).sum::<f64>();
     let units = sum(&|average| average.weight * average.unsure * average.unsure).max(f64::MIN_POSITIVE);
     let common = sum(&|average| average.weight * average.squared_lx2) / units;
     let sure = SURE * sum(&|average| average.weight * average.weight * average.variance_lx4()).sqrt() / units;
     let common = (common + sure).max(0.0);
-    let left_lx = |average: &AverageLeft| {
+    let remaining_lx = |average: &RemainingInAverage| {
         let usual_lx2 = common * average.unsure * average.unsure;
         if average.walked_weight <= 0.0 {
             return usual_lx2.sqrt().max(average.by_site_lx);
@@ -78,7 +82,7 @@ pub fn left_of_averages(averages: &[AverageLeft]) -> Vec<f64> {
         let own_lx2 = average.squared_lx2 - average.variance_lx4().sqrt();
         (usual_lx2.max(own_lx2) + average.unseen_lx2).sqrt()
     };
-    averages.iter().map(left_lx).collect()
+    averages.iter().map(remaining_lx).collect()
 }
 
 #[cfg(test)]
@@ -122,16 +126,16 @@ mod tests {
             map.take_residuals(&weights);
             let (residuals, error) = (map.residuals.as_ref().expect("given"), map.cells_error.as_ref().expect("taken"));
             let sites = |row: usize| (row * SITES..(row + 1) * SITES).map(|site| (site, 1.0));
-            let averages: Vec<AverageLeft> =
-                (0..ROWS).map(|row| AverageLeft::of(residuals, error, sites(row))).collect();
-            for (row, left_lx) in left_of_averages(&averages).into_iter().enumerate() {
+            let averages: Vec<RemainingInAverage> =
+                (0..ROWS).map(|row| RemainingInAverage::of(residuals, error, sites(row))).collect();
+            for (row, remaining_lx) in remaining_in_averages(&averages).into_iter().enumerate() {
                 let average_lx = |replica: usize| {
                     sites(row).map(|(site, _)| map.illuminance_lx(replica, site)).sum::<f64>() / SITES as f64
                 };
                 let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
                 let spread_lx = within_halves(average_lx).sqrt();
-                for (held, left_lx) in held.iter_mut().zip([left_lx, 0.0]) {
-                    *held += f64::from(u8::from(off_lx.abs() <= 2.13 * spread_lx.hypot(left_lx)));
+                for (held, remaining_lx) in held.iter_mut().zip([remaining_lx, 0.0]) {
+                    *held += f64::from(u8::from(off_lx.abs() <= 2.13 * spread_lx.hypot(remaining_lx)));
                 }
             }
         }
@@ -154,7 +158,7 @@ mod tests {
     /// A row whose cells are off far more than others', as its own walks say, is told by these; one without walks by its places.
     #[test]
     fn an_average_is_told_by_its_own_walks_where_these_say_more() {
-        let usual = AverageLeft {
+        let usual = RemainingInAverage {
             weight: 1.0,
             walked_weight: 1.0,
             squared_lx2: 1.0,
@@ -163,9 +167,9 @@ mod tests {
             by_site_lx: 3.0,
             unseen_lx2: 0.0,
         };
-        let far = AverageLeft { weight: 1e-3, squared_lx2: 400.0, ..usual };
-        let silent = AverageLeft { walked_weight: 0.0, squared_lx2: 0.0, chance_lx2: 0.0, ..usual };
-        let [one, other, without] = left_of_averages(&[usual, far, silent])[..] else { unreachable!("three") };
+        let far = RemainingInAverage { weight: 1e-3, squared_lx2: 400.0, ..usual };
+        let silent = RemainingInAverage { walked_weight: 0.0, squared_lx2: 0.0, chance_lx2: 0.0, ..usual };
+        let [one, other, without] = remaining_in_averages(&[usual, far, silent])[..] else { unreachable!("three") };
         assert!(
             (1.0..1.5).contains(&one) && (18.0..20.0).contains(&other) && without == 3.0,
             "{one} {other} {without}"

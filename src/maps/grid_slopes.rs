@@ -47,7 +47,7 @@ impl Middles {
     /// Of at least three elements; `None` of fewer.
     fn of(scene: &Scene, elements: &Elements, whole: &[u32]) -> Option<Middles> {
         let (first, _) = whole.split_first().filter(|(_, rest)| rest.len() >= 2)?;
-        let [a, b, c] = elements.corners_m(scene, elements.cell(*first));
+        let [a, b, c] = elements.corners_m(scene, elements.element(*first));
         let along = (b - a).try_normalize()?;
         let across = (b - a).cross(c - a).cross(along).try_normalize()?;
         let mut middles = Middles {
@@ -60,7 +60,7 @@ impl Middles {
             members: Vec::new(),
         };
         let of_element = |element: &u32| {
-            let [a, b, c] = elements.corners_m(scene, elements.cell(*element));
+            let [a, b, c] = elements.corners_m(scene, elements.element(*element));
             (*element, middles.place([a, b, c].into_iter().sum::<DVec3>() / 3.0))
         };
         let mut members: Vec<(u32, [f64; 2])> = whole.iter().map(of_element).collect();
@@ -194,7 +194,7 @@ pub fn grid_slopes(
     shows_whole: impl Fn(usize) -> bool,
     halves_lx: impl Fn(usize) -> [f64; 2],
 ) -> Vec<CellSlopes> {
-    let area_m2 = |element: u32| elements.area_m2(scene, elements.cell(element));
+    let area_m2 = |element: u32| elements.area_m2(scene, elements.element(element));
     let whole: Vec<u32> = side_entries.iter().filter(|entry| shows_whole(**entry)).map(|entry| *entry as u32).collect();
     let Some(middles) = Middles::of(scene, elements, &whole) else { return Vec::new() };
     let mut planes = std::collections::BTreeMap::new();
@@ -208,7 +208,7 @@ pub fn grid_slopes(
             if beyond < LEAST_BEYOND || is_small || !shows_whole(part.element as usize) {
                 continue;
             }
-            let [a, b, c] = elements.corners_m(scene, elements.cell(part.element));
+            let [a, b, c] = elements.corners_m(scene, elements.element(part.element));
             let middle_m = middles.place((a + b + c) / 3.0);
             let inside_m = middles.place(a + part.at[0] * (b - a) + part.at[1] * (c - a));
             let plane =
@@ -253,7 +253,7 @@ mod tests {
         let mut map = ReplicaMap::new(elements.len(), Unit::Lux);
         map.direct_samples.complete = 1;
         for element in 0..elements.len() {
-            let [a, b, c] = elements.corners_m(&scene, elements.cell(element as u32));
+            let [a, b, c] = elements.corners_m(&scene, elements.element(element as u32));
             // The mean over a triangle of what is quadratic is that of the middles of its sides.
             let mean_lx = [a + b, b + c, c + a].map(|sum| light_lx(sum / 2.0)).iter().sum::<f64>() / 3.0;
             for slab in &mut map.direct {
@@ -263,7 +263,7 @@ mod tests {
         }
         let entries: Vec<usize> = (0..elements.len()).collect();
         let weights: Vec<f64> =
-            entries.iter().map(|entry| elements.area_m2(&scene, elements.cell(*entry as u32))).collect();
+            entries.iter().map(|entry| elements.area_m2(&scene, elements.element(*entry as u32))).collect();
         let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0), ElementSizes::Any)
             .expect("a flat table");
         assert!(!grid.is_finer_than_elements && grid.cells.len() == 49);

@@ -81,7 +81,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
     let shares_cells = map.cells_error.is_some();
-    let left_of_cells = map.cells_error.as_ref().map(|error| error.left).unwrap_or_default();
+    let remaining = map.cells_error.as_ref().map(|error| error.remaining).unwrap_or_default();
     for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
@@ -90,7 +90,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         let mut pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
         let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
         if shares_cells {
-            // Replicas of a half share cells, whose error is in `left_of_cells`: both of a pair (0 and 2, 1 and 3, 4 and 6, …) are of one
+            // Replicas of a half share cells, whose error is in `remaining`: both of a pair (0 and 2, 1 and 3, 4 and 6, …) are of one
             // half, so that the pairs' differences are free of it.
             pairs = std::array::from_fn(|pair| {
                 let first = 2 * pair - pair % 2;
@@ -114,8 +114,8 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     Judgement {
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
-        expected_error: (spread_sum / weight_sum + left_of_cells.chance).sqrt() / mean_lx,
-        bias: left_of_cells.common.sqrt() / mean_lx,
+        expected_error: (spread_sum / weight_sum + remaining.chance).sqrt() / mean_lx,
+        bias: remaining.common.sqrt() / mean_lx,
         // Set by the map's job, which knows what its elements lose.
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),

@@ -16,7 +16,7 @@ mod scores;
 mod stated;
 mod tables;
 
-pub use averages::{AverageLeft, left_of_averages};
+pub use averages::{RemainingInAverage, remaining_in_averages};
 pub use daylight::{ComponentMeans, DaylightFactors, NO_SKY_PERCENT, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use grid_slopes::{CellSlopes, grid_slopes};
@@ -25,7 +25,7 @@ pub use judge::{Judgement, judge};
 pub use pieces::Piece;
 pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
-pub use residuals::{CellsError, Left, Measured, MeasuredPart, ResidualState, Residuals, half_squares};
+pub use residuals::{CellsError, Measured, MeasuredPart, RemainingError, ResidualState, Residuals, half_squares};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};

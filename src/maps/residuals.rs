@@ -38,7 +38,7 @@ pub struct Residuals {
     /// Of every replica, once settled: mean over the map and over every region, in lx where the profile is 1.
     means: Vec<f64>,
     region_means: Vec<Vec<f64>>,
-    /// Error by which the cells are unsure that each entry asks, over its root mean square in the map.
+    /// Error by which the cells are unsure that each entry looks up, over its root mean square in the map.
     profile: Vec<f64>,
     /// Shares of regions and of entries that the even and the odd half take off.
     shares: [[f64; 2]; 2],
@@ -66,7 +66,7 @@ pub struct ResidualState {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CellsError {
     /// Over the map.
-    pub left: Left,
+    pub remaining: RemainingError,
     /// What walks have measured of it, and took off.
     pub measured: Measured,
     /// At every element or point, in lx, of which the error bars of entries tell.
@@ -75,7 +75,7 @@ pub struct CellsError {
 
 /// What is left of the cells' squared error, in lx².
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Left {
+pub struct RemainingError {
     /// Of what both halves share, and of what is not known: to be stated.
     pub common: f64,
     /// By chance, which the halves' difference shows.
@@ -92,9 +92,9 @@ pub struct Measured {
 impl Measured {
     /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
     /// the cells, in lx². So many standard errors are added to what is measured.
-    fn left(&self, sure: f64) -> Left {
-        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0, sure));
-        Left { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
+    fn remaining(&self, sure: f64) -> RemainingError {
+        let [one, other] = self.shares.map(|shares| self.state.remaining_by(shares, 1.0, sure));
+        RemainingError { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
     }
 }
 
@@ -105,7 +105,7 @@ pub struct MeasuredPart {
     pub weight: f64,
     /// Share of the map's weight that its points have; 1 where they are all.
     pub area_share: f64,
-    /// What its walks say, where it asks cells.
+    /// What its walks say, where it gathers.
     pub measured: Option<Measured>,
 }
 
@@ -115,32 +115,33 @@ impl CellsError {
     /// The map's error is stated with what is not known of it; bars of single entries are to hold as often as they say, and have it as
     /// it is expected.
     pub fn of(measured: Measured, profile: &[f64]) -> CellsError {
-        CellsError::left_at([SURE, 0.0].map(|sure| measured.left(sure)), profile, measured)
+        CellsError::remaining_at([SURE, 0.0].map(|sure| measured.remaining(sure)), profile, measured)
     }
 
-    fn left_at([left, expected]: [Left; 2], profile: &[f64], measured: Measured) -> CellsError {
-        let left_lx = (expected.common + expected.chance).sqrt();
-        CellsError { left, measured, by_site_lx: profile.iter().map(|unsure| left_lx * unsure).collect() }
+    fn remaining_at([remaining, expected]: [RemainingError; 2], profile: &[f64], measured: Measured) -> CellsError {
+        let remaining_lx = (expected.common + expected.chance).sqrt();
+        CellsError { remaining, measured, by_site_lx: profile.iter().map(|unsure| remaining_lx * unsure).collect() }
     }
 
     /// How unsure the cells are at each entry, over their root mean square.
     pub fn profile(&self) -> Vec<f64> {
-        let expected = self.measured.left(0.0);
-        let left_lx = (expected.common + expected.chance).sqrt();
-        let unsure = |lx: &f64| if left_lx > 0.0 { lx / left_lx } else { 1.0 };
+        let expected = self.measured.remaining(0.0);
+        let remaining_lx = (expected.common + expected.chance).sqrt();
+        let unsure = |lx: &f64| if remaining_lx > 0.0 { lx / remaining_lx } else { 1.0 };
         self.by_site_lx.iter().map(unsure).collect()
     }
 
     /// Of the mean of several maps, each with cells and walks of its own, or of several parts of its points.
     ///
     /// What walks say is pooled, so that it is known better than from one map. What both halves of a map share is taken to be the same
-    /// in all of them, and does not fall; chance does. Parts of the points of one map stand beside each other: there neither falls.
+    /// in all of them, and does not fall; chance does. Parts of the points of one map stand beside each other: there neither
+    /// falls (docs/methods.md (47)).
     pub fn of_mean(maps: &[MeasuredPart], profile: &[f64]) -> CellsError {
-        let asking = || maps.iter().filter_map(|part| Some((part.weight * part.area_share, part, part.measured?)));
+        let gathered = || maps.iter().filter_map(|part| Some((part.weight * part.area_share, part, part.measured?)));
         let all_weights = maps.iter().map(|part| part.weight * part.area_share).sum::<f64>().max(f64::MIN_POSITIVE);
-        let weight_sum = asking().map(|(weight, ..)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
+        let weight_sum = gathered().map(|(weight, ..)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = |of: &dyn Fn(&ResidualState) -> f64| {
-            asking().map(|(weight, _, measured)| weight * of(&measured.state)).sum::<f64>() / weight_sum
+            gathered().map(|(weight, _, measured)| weight * of(&measured.state)).sum::<f64>() / weight_sum
         };
         let scales = |of: &dyn Fn(&ResidualState, usize) -> f64| [0, 1].map(|scale| mean(&|state| of(state, scale)));
         let pooled = ResidualState {
@@ -148,24 +149,24 @@ impl CellsError {
             chance: scales(&|state, scale| state.chance[scale]),
             standard_error: [0, 1].map(|scale| {
                 let squares =
-                    asking().map(|(weight, _, measured)| (weight * measured.state.standard_error[scale]).powi(2));
+                    gathered().map(|(weight, _, measured)| (weight * measured.state.standard_error[scale]).powi(2));
                 squares.sum::<f64>().sqrt() / weight_sum
             }),
             ..ResidualState::default()
         };
-        let left = [SURE, 0.0].map(|sure| {
-            let mut left = Left::default();
-            for (_, part, measured) in asking() {
+        let remaining = [SURE, 0.0].map(|sure| {
+            let mut remaining = RemainingError::default();
+            for (_, part, measured) in gathered() {
                 // Each took off its own shares, and had its own entries without walks.
                 let state = ResidualState { silent_share: measured.state.silent_share, ..pooled };
                 let share = part.weight / all_weights;
-                let of_map = Measured { state, ..measured }.left(sure);
-                left.common += part.area_share * share * of_map.common;
-                left.chance += part.area_share * share * share * of_map.chance;
+                let of_map = Measured { state, ..measured }.remaining(sure);
+                remaining.common += part.area_share * share * of_map.common;
+                remaining.chance += part.area_share * share * share * of_map.chance;
             }
-            left
+            remaining
         });
-        CellsError::left_at(left, profile, Measured { state: pooled, shares: [[0.0; 2]; 2] })
+        CellsError::remaining_at(remaining, profile, Measured { state: pooled, shares: [[0.0; 2]; 2] })
     }
 }
 
@@ -209,20 +210,20 @@ impl ResidualState {
     }
 
     /// What is left where walks and samples are so many times as many.
-    pub fn left_lx2(&self, walks: f64, samples: f64) -> Left {
+    pub fn remaining_lx2(&self, walks: f64, samples: f64) -> RemainingError {
         let state = self.with_samples(samples);
-        state.left_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
+        state.remaining_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
     }
 
     /// What is left after such shares are taken off, where walks are so many times as many; so many standard errors are added to what is
     /// measured.
-    fn left_by(&self, shares: [f64; 2], walks: f64, sure: f64) -> Left {
+    fn remaining_by(&self, shares: [f64; 2], walks: f64, sure: f64) -> RemainingError {
         let kept = |scale: usize| {
             let silent = if scale == 0 { 0.0 } else { self.silent_share };
             (1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent
         };
         let sum = |of: &dyn Fn(usize) -> f64| kept(0) * of(0) + kept(1) * of(1);
-        Left {
+        RemainingError {
             common: sum(&|scale| self.squared(scale)[0] + sure * self.standard_error[scale] / walks),
             chance: sum(&|scale| self.squared(scale)[1]),
         }
@@ -304,7 +305,7 @@ impl Residuals {
         corrected_lx + of_entry * (own_lx - unsure * region_mean)
     }
 
-    /// How unsure the cells are that an element or point asks, over their root mean square in the map.
+    /// How unsure the cells are that an element or point looks up, over their root mean square in the map.
     pub fn unsure(&self, site: usize) -> f64 {
         self.profile[site]
     }
@@ -315,7 +316,7 @@ impl Residuals {
     }
 
     /// What its walks still find wrong in a replica once corrections are taken, in lx.
-    pub fn left_lx(&self, replica: usize, site: usize) -> f64 {
+    pub fn remaining_lx(&self, replica: usize, site: usize) -> f64 {
         self.sums_lx[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
     }
 
@@ -369,7 +370,7 @@ impl Residuals {
         };
     }
 
-    /// Shares the cells' error out among the entries by how unsure the cells are that each asks: its size is what walks measure.
+    /// Shares the cells' error out among the entries by how unsure the cells are that each looks up: its size is what walks measure.
     pub fn share_out(&mut self, unsure_lx2: &[f64], weights: &[f64]) {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (unsure, weight) in unsure_lx2.iter().zip(weights) {
@@ -513,7 +514,7 @@ mod tests {
         assert!(off < 3.0 && known.shares[0][1] > 0.9, "{off} {:?}", known.shares);
         let chance = walked(3, 0.0, 10.0);
         assert!(chance.shares[0][1] < 0.2, "{:?}", chance.shares);
-        let left = |residuals: &Residuals| residuals.cells_error().left.common;
+        let left = |residuals: &Residuals| residuals.cells_error().remaining.common;
         assert!(left(&known) < 1.0 && left(&walked(3, 3.0, 100.0)) > 4.0);
     }
 
@@ -530,22 +531,28 @@ mod tests {
         let (found, error) = (all.measured.state.common[1], all.measured.state.standard_error[1]);
         assert!((found - 9.0).abs() < 4.0 * error && (found - 16.0).abs() > 4.0 * error, "{found} ± {error}");
         let [alone, twice] = [1, 2].map(|count| CellsError::of_mean(&vec![measured[7]; count], &profile));
-        assert_eq!(alone.left.common, walked(7, 3.0, 30.0).cells_error().left.common);
-        assert_eq!(2.0 * twice.left.chance, alone.left.chance);
-        let expected = |error: &CellsError| error.by_site_lx[0].powi(2) - error.left.chance;
+        assert_eq!(alone.remaining.common, walked(7, 3.0, 30.0).cells_error().remaining.common);
+        assert_eq!(2.0 * twice.remaining.chance, alone.remaining.chance);
+        let expected = |error: &CellsError| error.by_site_lx[0].powi(2) - error.remaining.chance;
         assert!((expected(&twice) - expected(&alone)).abs() < 1e-9, "{twice:?} {alone:?}");
         let without = CellsError::of_mean(&[measured[7], of(6.0, 1.0, None)], &profile);
-        assert!((4.0 * without.left.common / alone.left.common - 1.0).abs() < 1e-12, "a share that asks no cells");
+        assert!(
+            (4.0 * without.remaining.common / alone.remaining.common - 1.0).abs() < 1e-12,
+            "a share that does not gather"
+        );
         // Two halves of the points with the same error have it together, and know it better by the root of two.
         let halves = CellsError::of_mean(&[of(2.0, 0.5, measured[7].measured); 2], &profile);
-        let by_chance = |map: &&MeasuredPart| CellsError::of_mean(&[**map], &profile).left.chance > 0.0;
+        let by_chance = |map: &&MeasuredPart| CellsError::of_mean(&[**map], &profile).remaining.chance > 0.0;
         let map = measured.iter().find(by_chance).expect("some cells are off by chance");
-        let chance = |maps: &[MeasuredPart]| CellsError::of_mean(maps, &profile).left.chance;
+        let chance = |maps: &[MeasuredPart]| CellsError::of_mean(maps, &profile).remaining.chance;
         let of_halves = chance(&[of(2.0, 0.5, map.measured); 2]);
         assert!((of_halves / chance(&[*map]) - 1.0).abs() < 1e-12, "{of_halves} {map:?}");
         let sure = |error: &CellsError| error.measured.state.standard_error[1];
         assert!((sure(&halves) * 2f64.sqrt() / sure(&alone) - 1.0).abs() < 1e-12, "{halves:?} {alone:?}");
         let other = CellsError::of_mean(&[of(2.0, 0.25, measured[7].measured), of(2.0, 0.75, None)], &profile);
-        assert!((4.0 * other.left.common / alone.left.common - 1.0).abs() < 1e-12, "a part that asks no cells");
+        assert!(
+            (4.0 * other.remaining.common / alone.remaining.common - 1.0).abs() < 1e-12,
+            "a part that does not gather"
+        );
     }
 }

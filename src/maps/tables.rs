@@ -69,7 +69,7 @@ impl PlaceReplicas {
         }
     }
 
-    /// A cell of a grid: neighbours ask the same cells and have their error alike, but lose light each by itself.
+    /// A cell of a grid: neighbours look up the same cells and have their error alike, but lose light each by itself.
     fn of_cell(
         map: &ReplicaMap,
         parts: &[GridPart],
@@ -147,7 +147,7 @@ impl Extreme {
         }
     }
 
-    /// How far in lx chance may have pulled it beyond the truth: docs/methods.md (8b). Nothing, where both halves find it in one place.
+    /// How far in lx chance may have pulled it beyond the truth: docs/methods.md (43). Nothing, where both halves find it in one place.
     fn pulled_lx(&self) -> f64 {
         let elsewhere_lx = 0.5 * (self.of_halves_lx[0][1] + self.of_halves_lx[1][1]);
         (self.sign * (elsewhere_lx - self.whole_lx)).max(0.0) * FRAC_1_SQRT_2

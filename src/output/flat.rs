@@ -318,15 +318,15 @@ fn side_map<'a>(
     let mut cells = Vec::new();
     let mut areas_m2 = Vec::new();
     let mut count = 0;
-    let range = elements.cells_of_surface(scene, surface);
+    let range = elements.of_surface(scene, surface);
     let is_sloped = !map.values.slopes_lx.is_empty();
     let pieces = if is_sloped { (MOST_PIECES / range.len() as f64).sqrt().clamp(1.0, 8.0) as u32 } else { 1 };
     for index in range {
-        let cell = elements.cell(index);
-        if cell.side == side {
+        let element = elements.element(index);
+        if element.side == side {
             count += 1;
-            let corners = elements.corners_m(scene, cell);
-            let area_m2 = elements.area_m2(scene, cell) / f64::from(pieces * pieces);
+            let corners = elements.corners_m(scene, element);
+            let area_m2 = elements.area_m2(scene, element) / f64::from(pieces * pieces);
             for piece in 0..pieces * pieces {
                 // A sloped element is drawn in pieces, each in the colour of its middle.
                 let inner = part_corners(pieces, piece);

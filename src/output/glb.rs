@@ -64,7 +64,7 @@ struct Model {
 
 impl Model {
     fn of(scene: &Scene, elements: &Elements, map: &MapResult) -> Model {
-        let area_m2 = |index: usize| elements.area_m2(scene, elements.cell(index as u32));
+        let area_m2 = |index: usize| elements.area_m2(scene, elements.element(index as u32));
         let lit = map.values.illuminance_lx.iter().enumerate().map(|(index, lx)| (*lx, area_m2(index)));
         // Where all is dark any scale does.
         let end_lx = end_of_scale_lx(lit.collect()).unwrap_or(1.0);
@@ -146,7 +146,7 @@ fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<Scene
     let by_surface = scene.surfaces.len() <= most;
     let mut nodes: BTreeMap<u32, SceneNode> = BTreeMap::new();
     for index in 0..elements.len() as u32 {
-        let id = scene.triangle_surfaces[elements.cell(index).triangle as usize];
+        let id = scene.triangle_surfaces[elements.element(index).triangle as usize];
         let surface = &scene.surfaces[id as usize];
         let material = surface.material;
         let (key, name) = match by_surface {
@@ -178,10 +178,10 @@ impl Vertices {
     ) -> Vertices {
         let mut vertices = Vertices::default();
         for index in sides {
-            let cell = elements.cell(*index);
-            let corners_m = elements.corners_m(scene, cell);
+            let element = elements.element(*index);
+            let corners_m = elements.corners_m(scene, element);
             let at_lx = map.values.at_corners_lx(*index as usize);
-            let turned = if cell.side == Side::Front { [0, 1, 2] } else { [0, 2, 1] };
+            let turned = if element.side == Side::Front { [0, 1, 2] } else { [0, 2, 1] };
             for corner in turned {
                 let place = upright(corners_m[corner]);
                 let about_center = |axis: usize| (place[axis] - f64::from(center_m[axis])) as f32;

@@ -186,9 +186,9 @@ impl<'a> ElementRows<'a> {
         let mut next = vec![0u64; scene.surfaces.len()];
         let mut numbers = vec![0u64; elements.len()];
         for index in 0..elements.len() {
-            let cell = elements.cell(index as u32);
-            let surface = scene.triangle_surfaces[cell.triangle as usize];
-            numbers[index] = match (cell.side, elements.opposite(index as u32)) {
+            let element = elements.element(index as u32);
+            let surface = scene.triangle_surfaces[element.triangle as usize];
+            numbers[index] = match (element.side, elements.opposite(index as u32)) {
                 (Side::Back, Some(front)) => numbers[front as usize],
                 _ => {
                     next[surface as usize] += 1;
@@ -208,22 +208,22 @@ impl<'a> ElementRows<'a> {
 
     fn fields(&self, index: usize) -> Vec<SheetCell<'a>> {
         let ElementRows { scene, elements, map, .. } = *self;
-        let cell = elements.cell(index as u32);
-        let surface = &scene.surfaces[scene.triangle_surfaces[cell.triangle as usize] as usize];
-        let (centroid_m, normal) = elements.middle(scene, cell);
+        let element = elements.element(index as u32);
+        let surface = &scene.surfaces[scene.triangle_surfaces[element.triangle as usize] as usize];
+        let (centroid_m, normal) = elements.middle(scene, element);
         let [diffuse_lm_m2, emitted_lm_m2] = self.own_emission.exitances_lm_m2(scene, elements, map, index as u32);
         let exitance_lm_m2 = diffuse_lm_m2 + emitted_lm_m2;
         let mut fields = vec![
             SheetCell::Text(&surface.name),
             SheetCell::Count(self.numbers[index]),
-            SheetCell::Text(cell.side.name()),
+            SheetCell::Text(element.side.name()),
             SheetCell::Number(centroid_m.x),
             SheetCell::Number(centroid_m.y),
             SheetCell::Number(centroid_m.z),
             SheetCell::Number(normal.x),
             SheetCell::Number(normal.y),
             SheetCell::Number(normal.z),
-            SheetCell::Number(elements.area_m2(scene, cell)),
+            SheetCell::Number(elements.area_m2(scene, element)),
             SheetCell::Number(map.values.illuminance_lx[index]),
             SheetCell::Number(map.values.standard_error_lx[index]),
             SheetCell::Number(map.values.direct_lx[index]),
@@ -235,7 +235,7 @@ impl<'a> ElementRows<'a> {
         fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| SheetCell::Number(part_lm_m2 / PI)));
         fields.push(SheetCell::Text(scene.materials[surface.material as usize].law.name()));
         if self.adapts {
-            let gradient = gradient_lx_per_m(elements.corners_m(scene, cell), map.values.slopes_lx[index]);
+            let gradient = gradient_lx_per_m(elements.corners_m(scene, element), map.values.slopes_lx[index]);
             fields.push(SheetCell::Number(map.values.discretisation_lx[index]));
             fields.extend(gradient.to_array().map(SheetCell::Number));
         }
@@ -278,9 +278,9 @@ impl OwnEmission {
     /// Exitance of an element side in lm/m² in two parts: what leaves it scattered diffusely, and what it emits. What mirrors, panes
     /// and glossy lobes send on is in neither: it depends on the direction.
     pub fn exitances_lm_m2(&self, scene: &Scene, elements: &Elements, map: &MapResult, index: u32) -> [f64; 2] {
-        let cell = elements.cell(index);
-        let surface = scene.triangle_surfaces[cell.triangle as usize];
-        let own_lm_m2 = self.exitance_lm_m2(surface, cell.side);
+        let element = elements.element(index);
+        let surface = scene.triangle_surfaces[element.triangle as usize];
+        let own_lm_m2 = self.exitance_lm_m2(surface, element.side);
         let law = scene.materials[scene.surfaces[surface as usize].material as usize].law;
         let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
         let here_lx = map.values.illuminance_lx[index as usize];

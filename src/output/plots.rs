@@ -219,7 +219,7 @@ fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> 
     let (elements, rows) = (&solution.elements, RowsOfSides::of(map));
     let is_reported = |surface: &u32| scene.is_reported(&scene.surfaces[*surface as usize].name);
     let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).filter(is_reported).collect();
-    surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
+    surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.of_surface(scene, *surface).len()));
     let spoken = language();
     let maps_of = |surface: &u32| in_language(spoken, || surface_maps(scene, elements, (map, &rows), *surface));
     let mut chosen: Vec<(u32, Vec<FlatMap>)> = Vec::new();

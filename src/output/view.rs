@@ -142,13 +142,15 @@ impl ViewPage {
         let shown = self.largest(scene, elements);
         self.facets.reserve(shown.len());
         for index in shown {
-            let cell = elements.cell(index);
-            let is_front = cell.side == Side::Front;
+            let element = elements.element(index);
+            let is_front = element.side == Side::Front;
             let turned = if is_front { [0, 1, 2] } else { [0, 2, 1] };
-            let corners_m = elements.corners_m(scene, cell);
+            let corners_m = elements.corners_m(scene, element);
             self.facets.push(ViewTriangle {
                 corners_m: turned.map(|corner| corners_m[corner]),
-                part: scene.receivers.len() + 2 * scene.surface_id_of(cell.triangle) as usize + usize::from(!is_front),
+                part: scene.receivers.len()
+                    + 2 * scene.surface_id_of(element.triangle) as usize
+                    + usize::from(!is_front),
                 reading: map.and_then(|map| element_reading(map, index as usize, turned)),
             });
         }
@@ -162,9 +164,9 @@ impl ViewPage {
             return shown;
         }
         // A wall is shown whole, however finely it is divided.
-        let whole_m2 = |index: &u32| scene.triangle_area_m2(elements.cell(*index).triangle);
+        let whole_m2 = |index: &u32| scene.triangle_area_m2(elements.element(*index).triangle);
         shown.sort_by_cached_key(|index| std::cmp::Reverse(whole_m2(index).to_bits()));
-        let own_m2 = |index: &u32| elements.area_m2(scene, elements.cell(*index));
+        let own_m2 = |index: &u32| elements.area_m2(scene, elements.element(*index));
         let all_m2: f64 = shown.iter().map(own_m2).sum();
         shown.truncate(MOST_FACETS);
         shown.sort_unstable();

@@ -36,7 +36,7 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     let all = || 0..count as u32;
     let own = OwnEmission::of(scene);
     let exitances_lm_m2: Vec<[f64; 2]> = all().map(|index| own.exitances_lm_m2(scene, elements, map, index)).collect();
-    let surface_of = |index: u32| scene.triangle_surfaces[elements.cell(index).triangle as usize];
+    let surface_of = |index: u32| scene.triangle_surfaces[elements.element(index).triangle as usize];
     let law_of = |index: u32| &scene.materials[scene.surfaces[surface_of(index) as usize].material as usize].law;
 
     let mut file = File::default();
@@ -71,24 +71,24 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     file.numbers("exitance_lm_m2", exitances());
     file.numbers("luminance_cd_m2", exitances().map(|exitance| exitance / PI));
     file.numbers("diffuse_luminance_cd_m2", exitances_lm_m2.iter().map(|[diffuse_lm_m2, _]| diffuse_lm_m2 / PI));
-    file.numbers("area_m2", all().map(|index| elements.area_m2(scene, elements.cell(index))));
+    file.numbers("area_m2", all().map(|index| elements.area_m2(scene, elements.element(index))));
     file.array("Int32", "surface", 1, all().map(|index| (surface_of(index) as i32).to_le_bytes()));
-    file.array("UInt8", "side", 1, all().map(|index| [u8::from(elements.cell(index).side == Side::Back)]));
+    file.array("UInt8", "side", 1, all().map(|index| [u8::from(elements.element(index).side == Side::Back)]));
     file.array("UInt8", "material_type", 1, all().map(|index| [law_of(index).number()]));
     if !values.discretisation_lx.is_empty() {
         file.numbers("discretisation_error_lx", values.discretisation_lx.iter().copied());
     }
     file.line(3, "</CellData>");
     if !values.slopes_lx.is_empty() {
-        let corners_lx = |index: u32| turned(values.at_corners_lx(index as usize), elements.cell(index).side);
+        let corners_lx = |index: u32| turned(values.at_corners_lx(index as usize), elements.element(index).side);
         file.line(3, "<PointData Scalars=\"illuminance_at_corner_lx\">");
         file.numbers("illuminance_at_corner_lx", all().flat_map(corners_lx));
         file.line(3, "</PointData>");
     }
     file.line(3, "<Points>");
     let corners_m = |index: u32| {
-        let cell = elements.cell(index);
-        turned(elements.corners_m(scene, cell), cell.side).into_iter().flat_map(|corner| corner.to_array())
+        let element = elements.element(index);
+        turned(elements.corners_m(scene, element), element.side).into_iter().flat_map(|corner| corner.to_array())
     };
     file.array("Float64", "Points", 3, all().flat_map(corners_m).map(f64::to_le_bytes));
     file.line(3, "</Points>");

@@ -14,7 +14,7 @@ use crate::maps::{
     MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, grid_slopes, stated_error, stated_row,
 };
 use crate::scene::{
-    Cell, ElementSizes, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid,
+    ElementSizes, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid,
 };
 
 /// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
@@ -143,15 +143,15 @@ impl<'a> Radiosity<'a> {
         let at_nodes = |mesh: &RoomMesh| self.nodes.indirect_lx(mesh, self.room.size_m);
         let values = self.last_three().map(|(mesh, values)| values.get_or_init(|| at_nodes(mesh)));
         let field = IndirectField::new(&self.nodes, values);
-        let cells: Vec<(f64, f64, f64)> =
-            (0..elements.len() as u32).into_par_iter().map(|cell| self.cell_lx(&field, &elements, cell)).collect();
-        let values = values_of(&cells);
+        let entries: Vec<(f64, f64, f64)> =
+            (0..elements.len() as u32).into_par_iter().map(|index| self.element_lx(&field, &elements, index)).collect();
+        let values = values_of(&entries);
         let weights: Vec<f64> =
-            (0..elements.len() as u32).map(|cell| elements.area_m2(scene, elements.cell(cell))).collect();
+            (0..elements.len() as u32).map(|index| elements.area_m2(scene, elements.element(index))).collect();
         let tables = (0..scene.surfaces.len() as u32)
             .map(|surface| {
-                let cells = elements.cells_of_surface(scene, surface);
-                let range = cells.start as usize..cells.end as usize;
+                let range = elements.of_surface(scene, surface);
+                let range = range.start as usize..range.end as usize;
                 let area_m2 = weights[range.clone()].iter().sum();
                 let part = StatedValues::of(&values, &weights, range.clone());
                 let entries: Vec<usize> = range.collect();
@@ -163,15 +163,16 @@ impl<'a> Radiosity<'a> {
                 stated_row(name, TableKind::Surface, "front", area_m2, &part, &places)
             })
             .collect();
-        let error = stated_error(&StatedValues::of(&values, &weights, 0..cells.len()));
+        let error = stated_error(&StatedValues::of(&values, &weights, 0..entries.len()));
         result("elements", MapKind::Elements, values, error, tables)
     }
 
     /// Direct and indirect mean over an element, and the error of both.
-    fn cell_lx(&self, field: &IndirectField, elements: &Elements, cell: u32) -> (f64, f64, f64) {
-        let Cell { triangle, .. } = elements.cell(cell);
+    fn element_lx(&self, field: &IndirectField, elements: &Elements, index: u32) -> (f64, f64, f64) {
+        let element = elements.element(index);
+        let triangle = element.triangle;
         let face = self.room.faces[triangle as usize];
-        let corners = elements.corners_m(self.scene, elements.cell(cell)).map(|corner| self.room.settle(corner));
+        let corners = elements.corners_m(self.scene, element).map(|corner| self.room.settle(corner));
         let (direct_lx, direct_error_lx) = self.room.direct_over_triangle_lx(face, corners);
         let [a, b, c] = corners.map(|corner| face.place(corner));
         let extent = |axis: usize| {
@@ -238,14 +239,14 @@ impl<'a> Radiosity<'a> {
     pub fn absorbed_flux(&self, elements_map: &MapResult) -> AbsorbedFlux {
         let elements = Elements::of(self.scene);
         let mut sum = AbsorbedFlux { absorbed_lm: 0.0, estimated_error_lm: 0.0 };
-        for cell in 0..elements.len() as u32 {
-            let place = elements.cell(cell);
+        for index in 0..elements.len() as u32 {
+            let place = elements.element(index);
             let corners = elements.corners_m(self.scene, place).map(|corner| self.room.settle(corner));
             let face = self.room.faces[place.triangle as usize];
             let reflectance = self.room.reflectance(face, face.place(corners.iter().sum::<DVec3>() / 3.0));
             let share_m2 = (1.0 - reflectance) * elements.area_m2(self.scene, place);
-            sum.absorbed_lm += share_m2 * elements_map.values.illuminance_lx[cell as usize];
-            sum.estimated_error_lm += share_m2 * elements_map.values.standard_error_lx[cell as usize];
+            sum.absorbed_lm += share_m2 * elements_map.values.illuminance_lx[index as usize];
+            sum.estimated_error_lm += share_m2 * elements_map.values.standard_error_lx[index as usize];
         }
         sum
     }

@@ -23,7 +23,7 @@ pub enum Purpose {
     LightMesh = 5,
     /// Samples of cells.
     Cells,
-    /// Rays that ask cells.
+    /// Gathering rays.
     CellRays,
     /// Walks that measure what cells have wrong.
     Residuals,

@@ -44,13 +44,13 @@ impl Side {
     }
 }
 
-/// Numbers every element side ("cell") of a scene: triangle by triangle, front cells first, then the back cells of
+/// Numbers every element side of a scene: triangle by triangle, those of the front first, then those of the back of
 /// two-sided surfaces. The parts of triangles may be cut further, into leaves: these are the elements then.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Elements {
-    /// First uncut cell of every triangle, and the number of all behind them.
+    /// First uncut element side of every triangle, and the number of all behind them.
     #[serde(skip)]
-    first_cell: Vec<u32>,
+    first_of_triangle: Vec<u32>,
     #[serde(skip)]
     divisions: Vec<u32>,
     #[serde(skip)]
@@ -60,7 +60,7 @@ pub struct Elements {
 
 /// One element side: where it is and what it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct ElementSide {
     /// Triangle of the scene.
     pub triangle: u32,
     /// Number of the part of the triangle, 0 to n² − 1.
@@ -71,7 +71,7 @@ pub struct Cell {
     path: u32,
 }
 
-impl Cell {
+impl ElementSide {
     /// How often the part was cut to get here.
     pub fn cuts(&self) -> u32 {
         cuts_of(self.path)
@@ -83,24 +83,24 @@ impl Elements {
     pub fn of(scene: &Scene) -> Elements {
         let two_sided: Vec<bool> =
             (0..scene.triangles.len()).map(|triangle| scene.surface_of(triangle as u32).two_sided).collect();
-        let mut first_cell = Vec::with_capacity(scene.triangles.len() + 1);
+        let mut first_of_triangle = Vec::with_capacity(scene.triangles.len() + 1);
         let mut next = 0u32;
         for (divisions, two_sided) in scene.divisions.iter().zip(&two_sided) {
-            first_cell.push(next);
+            first_of_triangle.push(next);
             next += divisions * divisions * if *two_sided { 2 } else { 1 };
         }
-        first_cell.push(next);
-        Elements { first_cell, divisions: scene.divisions.clone(), two_sided, leaves: None }
+        first_of_triangle.push(next);
+        Elements { first_of_triangle, divisions: scene.divisions.clone(), two_sided, leaves: None }
     }
 
     /// Takes the numbering of the scene from its own elements: of what was kept of these only the leaves were written.
     pub fn take_numbering(&mut self, of_scene: &Elements) {
-        self.first_cell.clone_from(&of_scene.first_cell);
+        self.first_of_triangle.clone_from(&of_scene.first_of_triangle);
         self.divisions.clone_from(&of_scene.divisions);
         self.two_sided.clone_from(&of_scene.two_sided);
     }
 
-    /// The same with every cell cut as many times over as `cuts` says, both sides of a surface alike.
+    /// The same with every element cut as many times over as `cuts` says, both sides of a surface alike.
     pub fn cut(&self, cuts: impl Fn(u32) -> u32) -> Elements {
         let parts = self.uncut_len();
         let mirrored = |part: u32| {
@@ -151,35 +151,35 @@ impl Elements {
         self.leaves.as_ref().is_some_and(|leaves| leaves.is_cut(part, path))
     }
 
-    /// Number of cells (element sides).
+    /// Number of element sides.
     pub fn len(&self) -> usize {
         self.leaves.as_ref().map_or(self.uncut_len(), Leaves::len)
     }
 
     fn uncut_len(&self) -> usize {
-        self.first_cell.last().map_or(0, |count| *count as usize)
+        self.first_of_triangle.last().map_or(0, |count| *count as usize)
     }
 
-    /// First cell of an uncut one.
+    /// First element of an uncut one.
     fn first_of(&self, uncut: u32) -> u32 {
         self.leaves.as_ref().map_or(uncut, |leaves| leaves.first_of(uncut))
     }
 
-    /// Triangle of an uncut cell, and its number there.
+    /// Triangle of an uncut element, and its number there.
     fn uncut(&self, uncut: u32) -> (usize, u32) {
-        let triangle = self.first_cell.partition_point(|first| *first <= uncut) - 1;
-        (triangle, uncut - self.first_cell[triangle])
+        let triangle = self.first_of_triangle.partition_point(|first| *first <= uncut) - 1;
+        (triangle, uncut - self.first_of_triangle[triangle])
     }
 
-    /// Whether there is no cell at all.
+    /// Whether there is no element at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The cell in which a triangle was hit at barycentric coordinates `(u, v)` (weights of its second and third
+    /// The element side in which a triangle was hit at barycentric coordinates `(u, v)` (weights of its second and third
     /// corner), or `None` for the back of a one-sided surface.
     #[inline]
-    pub fn cell_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<u32> {
+    pub fn element_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<u32> {
         let uncut = self.first_uncut(triangle, side)? + part_at(self.divisions[triangle as usize], at[0], at[1]);
         match &self.leaves {
             None => Some(uncut),
@@ -187,7 +187,7 @@ impl Elements {
         }
     }
 
-    /// The same, and where in the cell: the weights of its second and third corner.
+    /// The same, and where in the element: the weights of its second and third corner.
     #[inline]
     pub fn place_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<(u32, [f64; 2])> {
         let divisions = self.divisions[triangle as usize];
@@ -199,20 +199,20 @@ impl Elements {
     fn first_uncut(&self, triangle: u32, side: Side) -> Option<u32> {
         let index = triangle as usize;
         match side {
-            Side::Front => Some(self.first_cell[index]),
+            Side::Front => Some(self.first_of_triangle[index]),
             Side::Back if self.two_sided[index] => {
-                Some(self.first_cell[index] + self.divisions[index] * self.divisions[index])
+                Some(self.first_of_triangle[index] + self.divisions[index] * self.divisions[index])
             }
             Side::Back => None,
         }
     }
 
-    /// What a cell number stands for.
-    pub fn cell(&self, cell: u32) -> Cell {
-        let (uncut, path) = self.leaves.as_ref().map_or((cell, WHOLE), |leaves| leaves.part_and_path(cell));
+    /// What a number stands for.
+    pub fn element(&self, index: u32) -> ElementSide {
+        let (uncut, path) = self.leaves.as_ref().map_or((index, WHOLE), |leaves| leaves.part_and_path(index));
         let (triangle, local) = self.uncut(uncut);
         let parts = self.divisions[triangle] * self.divisions[triangle];
-        Cell {
+        ElementSide {
             triangle: triangle as u32,
             part: local % parts,
             side: if local < parts { Side::Front } else { Side::Back },
@@ -221,62 +221,64 @@ impl Elements {
     }
 
     /// The same part of the triangle on its other side; `None` where that is not reported.
-    pub fn opposite(&self, cell: u32) -> Option<u32> {
-        let Cell { triangle, part, side, .. } = self.cell(cell);
+    pub fn opposite(&self, index: u32) -> Option<u32> {
+        let ElementSide { triangle, part, side, .. } = self.element(index);
         let here = self.first_of(self.first_uncut(triangle, side)? + part);
         let there = self.first_of(self.first_uncut(triangle, side.other())? + part);
-        Some(cell - here + there)
+        Some(index - here + there)
     }
 
-    /// The cells of a triangle, both sides.
-    pub fn cells_of_triangle(&self, triangle: u32) -> std::ops::Range<u32> {
-        self.first_of(self.first_cell[triangle as usize])..self.first_of(self.first_cell[triangle as usize + 1])
+    /// The numbers of a triangle, both sides.
+    pub fn of_triangle(&self, triangle: u32) -> std::ops::Range<u32> {
+        self.first_of(self.first_of_triangle[triangle as usize])
+            ..self.first_of(self.first_of_triangle[triangle as usize + 1])
     }
 
-    /// Cells of a surface, both sides.
-    pub fn cells_of_surface(&self, scene: &Scene, surface: SurfaceId) -> std::ops::Range<u32> {
+    /// The numbers of a surface, both sides.
+    pub fn of_surface(&self, scene: &Scene, surface: SurfaceId) -> std::ops::Range<u32> {
         let triangles = &scene.surfaces[surface as usize].triangles;
-        self.first_of(self.first_cell[triangles.start as usize])..self.first_of(self.first_cell[triangles.end as usize])
+        self.first_of(self.first_of_triangle[triangles.start as usize])
+            ..self.first_of(self.first_of_triangle[triangles.end as usize])
     }
 
-    /// Barycentric coordinates `(u, v)` of the three corners of a cell in its triangle.
-    pub fn corners(&self, cell: &Cell) -> [[f64; 2]; 3] {
-        corners_of(part_corners(self.divisions[cell.triangle as usize], cell.part), cell.path)
+    /// Barycentric coordinates `(u, v)` of the three corners of an element in its triangle.
+    pub fn corners(&self, element: &ElementSide) -> [[f64; 2]; 3] {
+        corners_of(part_corners(self.divisions[element.triangle as usize], element.part), element.path)
     }
 
-    /// Corners of a cell in m, turned like its triangle's front.
-    pub fn corners_m(&self, scene: &Scene, cell: Cell) -> [DVec3; 3] {
-        if let Some(body) = body_of(&scene.bodies, cell.triangle) {
-            return self.corners(&cell).map(|at| body.place(cell.triangle, at).0);
+    /// Corners of an element in m, turned like its triangle's front.
+    pub fn corners_m(&self, scene: &Scene, element: ElementSide) -> [DVec3; 3] {
+        if let Some(body) = body_of(&scene.bodies, element.triangle) {
+            return self.corners(&element).map(|at| body.place(element.triangle, at).0);
         }
-        let [a, b, c] = scene.corners_m(cell.triangle);
-        self.corners(&cell).map(|[u, v]| a + u * (b - a) + v * (c - a))
+        let [a, b, c] = scene.corners_m(element.triangle);
+        self.corners(&element).map(|[u, v]| a + u * (b - a) + v * (c - a))
     }
 
-    /// Middle of a cell in m, and the unit normal of its side there.
-    pub fn middle(&self, scene: &Scene, cell: Cell) -> (DVec3, DVec3) {
-        let (middle_m, front) = match body_of(&scene.bodies, cell.triangle) {
+    /// Middle of an element in m, and the unit normal of its side there.
+    pub fn middle(&self, scene: &Scene, element: ElementSide) -> (DVec3, DVec3) {
+        let (middle_m, front) = match body_of(&scene.bodies, element.triangle) {
             Some(body) => {
-                let [a, b, c] = self.corners(&cell);
-                body.place(cell.triangle, [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0))
+                let [a, b, c] = self.corners(&element);
+                body.place(element.triangle, [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0))
             }
             None => {
-                let [a, b, c] = self.corners_m(scene, cell);
-                ((a + b + c) / 3.0, scene.triangle_normal(cell.triangle))
+                let [a, b, c] = self.corners_m(scene, element);
+                ((a + b + c) / 3.0, scene.triangle_normal(element.triangle))
             }
         };
-        (middle_m, if cell.side == Side::Front { front } else { -front })
+        (middle_m, if element.side == Side::Front { front } else { -front })
     }
 
-    /// Area of a cell in m².
-    pub fn area_m2(&self, scene: &Scene, cell: Cell) -> f64 {
-        let divisions = f64::from(self.divisions[cell.triangle as usize] << cell.cuts());
+    /// Area of an element in m².
+    pub fn area_m2(&self, scene: &Scene, element: ElementSide) -> f64 {
+        let divisions = f64::from(self.divisions[element.triangle as usize] << element.cuts());
         if divisions > 1.0
-            && let Some(body) = body_of(&scene.bodies, cell.triangle)
+            && let Some(body) = body_of(&scene.bodies, element.triangle)
         {
-            return body.part_area_m2(cell.triangle, self.corners(&cell));
+            return body.part_area_m2(element.triangle, self.corners(&element));
         }
-        scene.triangle_area_m2(cell.triangle) / (divisions * divisions)
+        scene.triangle_area_m2(element.triangle) / (divisions * divisions)
     }
 }
 
@@ -340,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_that_are_cut_keep_their_places_and_areas_on_both_sides() {
+    fn elements_that_are_cut_keep_their_places_and_areas_on_both_sides() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [ { "name": "table", "type": "rectangle", "origin": [0,0,0], "u": [3,0,0], "v": [0,2,0], "two_sided": true,
                             "max_element_edge": 1.3, "material": "m" } ],
@@ -348,21 +350,21 @@ mod tests {
         let scene = crate::scene_from_json(text, None, std::path::Path::new(".")).expect("the table is valid");
         let given = Elements::of(&scene);
         // Twice: what was cut stays cut, and the back follows the front.
-        let once = given.cut(|cell| u32::from(cell == 1));
-        let cut = once.cut(|cell| if cell == 3 { 2 } else { 0 });
+        let once = given.cut(|element| u32::from(element == 1));
+        let cut = once.cut(|element| if element == 3 { 2 } else { 0 });
         assert_eq!(once.len(), given.len() + 2 * 3);
         assert_eq!(cut.len(), once.len() + 2 * 15);
         let mut area_m2 = 0.0;
         for index in 0..cut.len() as u32 {
-            let cell = cut.cell(index);
-            area_m2 += cut.area_m2(&scene, cell);
-            let [a, b, c] = cut.corners(&cell);
+            let element = cut.element(index);
+            area_m2 += cut.area_m2(&scene, element);
+            let [a, b, c] = cut.corners(&element);
             let at = [0, 1].map(|k| a[k] + 0.4 * (b[k] - a[k]) + 0.3 * (c[k] - a[k]));
-            let (found, inner) = cut.place_at(cell.triangle, at, cell.side).expect("both sides count");
-            assert_eq!((found, cut.cell_at(cell.triangle, at, cell.side)), (index, Some(index)));
+            let (found, inner) = cut.place_at(element.triangle, at, element.side).expect("both sides count");
+            assert_eq!((found, cut.element_at(element.triangle, at, element.side)), (index, Some(index)));
             assert!((inner[0] - 0.4).abs() < 1e-9 && (inner[1] - 0.3).abs() < 1e-9, "{inner:?}");
             let other = cut.opposite(index).expect("the table has two sides");
-            assert_eq!((cut.corners(&cut.cell(other)), cut.opposite(other)), ([a, b, c], Some(index)));
+            assert_eq!((cut.corners(&cut.element(other)), cut.opposite(other)), ([a, b, c], Some(index)));
         }
         assert!((area_m2 - 12.0).abs() < 1e-12);
     }

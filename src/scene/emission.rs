@@ -1,7 +1,10 @@
 //! The kinds of luminaires: what the scene holds of each, its type and keys in the file with their schema, how it is read, and
-//! what whoever asks is told of it: where it stands, where it aims, what it is called.
+//! what whoever asks is told of it: where it stands, where it aims, what it is called. A new kind is told here alone in this room.
 //!
-//! How each shines is told in `sampling/emitter/`.
+//! What is asked of all kinds stands in `emission/facts.rs`, their keys in `luminaire_keys.rs`, what several are read by in
+//! `luminaire_reading.rs`. How each shines is told in `sampling/emitter/`.
+
+mod facts;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -9,10 +12,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use schemars::JsonSchema;
 
+use self::facts::EmissionFacts;
 use super::error::SceneError;
-use super::luminaire_keys::{
-    AreaKeys, Array, Brightness, Distribution, Operation, PhotometricKeys, SkyKeys, SunKeys, Vector,
-};
+use super::luminaire_keys::{AreaKeys, PhotometricKeys, PointKeys, RingKeys, SkyKeys, SphereKeys, SunKeys};
 use super::luminaire_reading::LuminaireReading;
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
@@ -99,63 +101,20 @@ pub(super) enum LuminaireKind {
     /// A point; either `intensity_cd` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["intensity_cd"]}, {"required": ["luminous_flux_lm"]}]))]
     Point {
-        /// Name of the luminaire.
-        name: String,
-        /// Where it is.
-        position: Vector,
-        /// Isotropic by default; lambertian is I₀ cos γ about `aim`.
-        distribution: Option<Distribution>,
-        /// Direction of γ = 0; [0, 0, −1] by default.
-        aim: Option<Vector>,
-        /// Intensity on the axis in cd.
-        #[schemars(range(min = 0.0))]
-        intensity_cd: Option<f64>,
-        /// Luminous flux in lm.
-        #[schemars(range(min = 0.0))]
-        luminous_flux_lm: Option<f64>,
         #[schemars(flatten)]
-        operation: Operation,
-        #[schemars(flatten)]
-        array: Array,
+        keys: PointKeys,
     },
     /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
     Sphere {
-        /// Name of the luminaire.
-        name: String,
-        /// Centre.
-        center: Vector,
-        /// Radius.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        radius: f64,
         #[schemars(flatten)]
-        brightness: Brightness,
-        #[schemars(flatten)]
-        operation: Operation,
-        #[schemars(flatten)]
-        array: Array,
+        keys: SphereKeys,
     },
     /// A flat ring that emits diffusely to the side that `aim` points to; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
     Ring {
-        /// Name of the luminaire.
-        name: String,
-        /// Centre.
-        center: Vector,
-        /// Radius of the hole; 0 by default, which makes a disk.
-        #[schemars(range(min = 0.0))]
-        inner_radius: Option<f64>,
-        /// Radius of the rim.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        outer_radius: f64,
-        /// Direction of γ = 0; [0, 0, −1] by default.
-        aim: Option<Vector>,
         #[schemars(flatten)]
-        brightness: Brightness,
-        #[schemars(flatten)]
-        operation: Operation,
-        #[schemars(flatten)]
-        array: Array,
+        keys: RingKeys,
     },
     /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
@@ -265,124 +224,70 @@ pub enum Emission {
 }
 
 impl Emission {
-    /// Name of its kind, as `luxmc inspect` has it.
-    pub fn kind_name(&self) -> &'static str {
+    /// What others ask of each kind; what an arm leaves out, its kind has not.
+    fn facts(&self) -> EmissionFacts<'_> {
+        let none = EmissionFacts::default();
         match self {
-            Emission::Isotropic { .. } => "isotropic",
-            Emission::Lambertian { .. } => "lambertian",
-            Emission::Photometric { .. } => "photometric",
-            Emission::Area { .. } => "area",
-            Emission::Sphere { .. } => "sphere",
-            Emission::Ring { .. } => "ring",
-            Emission::Sky { .. } => "sky",
-            Emission::Sun { .. } => "sun",
-        }
-    }
-
-    /// What lists of luminaires call it.
-    pub fn words(&self) -> &'static str {
-        match self {
-            Emission::Isotropic { .. } => "point, equal in all directions",
-            Emission::Lambertian { .. } => "point, cosine distribution",
-            Emission::Photometric { .. } => "measured distribution",
-            Emission::Area { .. } => "luminous surface, diffuse",
-            Emission::Sphere { .. } => "luminous sphere",
-            Emission::Ring { .. } => "luminous ring, diffuse",
-            Emission::Sky { .. } => "sky",
-            Emission::Sun { .. } => "sun",
-        }
-    }
-
-    /// Whether it comes from afar: from the sky or the sun.
-    pub fn is_daylight(&self) -> bool {
-        self.openings().is_some()
-    }
-
-    /// Where it stands, in m: a point, or the middle of an opening or a ball; `None` for surfaces and for what comes from afar.
-    pub fn place_m(&self) -> Option<DVec3> {
-        match self {
-            Emission::Isotropic { position_m, .. }
-            | Emission::Lambertian { position_m, .. }
-            | Emission::Photometric { position_m, .. } => Some(*position_m),
-            Emission::Sphere { center_m, .. } | Emission::Ring { center_m, .. } => Some(*center_m),
-            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
-        }
-    }
-
-    /// Radius in m of the ball about its place that rays may start from or meet; openings, which are small, count as their middle.
-    pub fn radius_m(&self) -> f64 {
-        match self {
-            Emission::Sphere { radius_m, .. } | Emission::Ring { radii_m: [_, radius_m], .. } => *radius_m,
-            _ => 0.0,
-        }
-    }
-
-    /// Unit vector of γ = 0, where it has one; the way that the sun's light takes.
-    pub fn aim(&self) -> Option<DVec3> {
-        match self {
-            Emission::Lambertian { axis, .. } | Emission::Ring { axis, .. } => Some(*axis),
-            Emission::Photometric { frame, .. } => Some(frame[2]),
-            Emission::Sun { sun, .. } => Some(-sun.towards()),
-            _ => None,
-        }
-    }
-
-    /// Where C0 of a photometric luminaire points.
-    pub fn c0(&self) -> Option<DVec3> {
-        match self {
-            Emission::Photometric { frame, .. } => Some(frame[0]),
-            _ => None,
-        }
-    }
-
-    /// Maintained intensity in cd of a point, on its axis if it has one.
-    pub fn intensity_cd(&self) -> Option<f64> {
-        match self {
-            Emission::Isotropic { intensity_cd, .. } | Emission::Lambertian { intensity_cd, .. } => Some(*intensity_cd),
-            _ => None,
-        }
-    }
-
-    /// Maintained exitance in lm/m² of what is uniformly bright.
-    pub fn exitance_lm_m2(&self) -> Option<f64> {
-        match self {
-            Emission::Area { exitance_lm_m2, .. }
-            | Emission::Sphere { exitance_lm_m2, .. }
-            | Emission::Ring { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
-            _ => None,
-        }
-    }
-
-    /// Numbers of the surfaces that emit.
-    pub fn surfaces(&self) -> &[u32] {
-        match self {
-            Emission::Area { surfaces, .. } => surfaces,
-            _ => &[],
-        }
-    }
-
-    /// Its luminous opening.
-    pub fn opening(&self) -> Option<Opening> {
-        match self {
-            Emission::Photometric { opening, .. } => Some(*opening),
-            Emission::Ring { radii_m, .. } => Some(Opening::Disk { diameter_m: 2.0 * radii_m[1] }),
-            _ => None,
-        }
-    }
-
-    /// Middle and radius in m of a black ball that stands in the way of light.
-    pub fn black_ball_m(&self) -> Option<(DVec3, f64)> {
-        match self {
-            Emission::Sphere { center_m, radius_m, .. } => Some((*center_m, *radius_m)),
-            _ => None,
-        }
-    }
-
-    /// Where light from afar enters the scene.
-    pub fn openings(&self) -> Option<&Openings> {
-        match self {
-            Emission::Sky { openings, .. } | Emission::Sun { openings, .. } => Some(openings),
-            _ => None,
+            Emission::Isotropic { position_m, intensity_cd } => EmissionFacts {
+                kind_name: "isotropic",
+                words: "point, equal in all directions",
+                place_m: Some(*position_m),
+                intensity_cd: Some(*intensity_cd),
+                ..none
+            },
+            Emission::Lambertian { position_m, axis, intensity_cd } => EmissionFacts {
+                kind_name: "lambertian",
+                words: "point, cosine distribution",
+                place_m: Some(*position_m),
+                aim: Some(*axis),
+                intensity_cd: Some(*intensity_cd),
+                ..none
+            },
+            Emission::Photometric { position_m, frame: [c0, _, axis], opening, .. } => EmissionFacts {
+                kind_name: "photometric",
+                words: "measured distribution",
+                place_m: Some(*position_m),
+                aim: Some(*axis),
+                c0: Some(*c0),
+                opening: Some(*opening),
+                ..none
+            },
+            Emission::Area { surfaces, exitance_lm_m2, .. } => EmissionFacts {
+                kind_name: "area",
+                words: "luminous surface, diffuse",
+                exitance_lm_m2: Some(*exitance_lm_m2),
+                surfaces,
+                ..none
+            },
+            Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => EmissionFacts {
+                kind_name: "sphere",
+                words: "luminous sphere",
+                place_m: Some(*center_m),
+                radius_m: *radius_m,
+                exitance_lm_m2: Some(*exitance_lm_m2),
+                is_black_ball: true,
+                ..none
+            },
+            Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 } => EmissionFacts {
+                kind_name: "ring",
+                words: "luminous ring, diffuse",
+                place_m: Some(*center_m),
+                radius_m: radii_m[1],
+                aim: Some(*axis),
+                exitance_lm_m2: Some(*exitance_lm_m2),
+                opening: Some(Opening::Disk { diameter_m: 2.0 * radii_m[1] }),
+                ..none
+            },
+            Emission::Sky { openings, .. } => {
+                EmissionFacts { kind_name: "sky", words: "sky", openings: Some(openings), ..none }
+            }
+            Emission::Sun { sun, openings } => EmissionFacts {
+                kind_name: "sun",
+                words: "sun",
+                aim: Some(-sun.towards()),
+                openings: Some(openings),
+                ..none
+            },
         }
     }
 

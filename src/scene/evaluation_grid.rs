@@ -86,18 +86,18 @@ pub fn evaluation_grid(
     let counts = [columns as usize, rows as usize];
     let mut cells = vec![Vec::new(); counts[0] * counts[1]];
     let mut large = vec![false; cells.len()];
-    for element in elements.cells_of_surface(scene, surface) {
-        let cell = elements.cell(element);
-        let area_m2 = elements.area_m2(scene, cell);
-        if cell.side != side {
+    for number in elements.of_surface(scene, surface) {
+        let element = elements.element(number);
+        let area_m2 = elements.area_m2(scene, element);
+        if element.side != side {
             continue;
         }
-        let (exposed_share, scale) = exposed(element);
+        let (exposed_share, scale) = exposed(number);
         if exposed_share <= 0.0 {
             continue;
         }
         // In units of the grid's cells.
-        let corners = elements.corners_m(scene, cell).map(|corner_m| {
+        let corners = elements.corners_m(scene, element).map(|corner_m| {
             let [x, y] = rectangle.place(corner_m);
             [x * columns, y * rows]
         });
@@ -112,7 +112,7 @@ pub fn evaluation_grid(
                 let Some((share, middle)) = overlap(corners, [column as f64, row as f64]) else { continue };
                 let index = row * counts[0] + column;
                 let part = GridPart {
-                    element,
+                    element: number,
                     area_m2: share * cell_m2 * exposed_share,
                     scale,
                     at: weights_of(corners, middle),
@@ -229,7 +229,7 @@ mod tests {
                 assert!((area_m2 - 6.0 / 35.0).abs() < 1e-9, "{area_m2}");
                 let mut middle_m = glam::DVec3::ZERO;
                 for part in parts {
-                    let [a, b, c] = elements.corners_m(&scene, elements.cell(part.element));
+                    let [a, b, c] = elements.corners_m(&scene, elements.element(part.element));
                     middle_m += part.area_m2 / area_m2 * (a + part.at[0] * (b - a) + part.at[1] * (c - a));
                 }
                 let expected_m = glam::DVec3::new(

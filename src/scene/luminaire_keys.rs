@@ -1,4 +1,4 @@
-//! Keys that luminaires of several types share, and those of types that have many, for the scene file's schema.
+//! The keys of luminaires, those that several types share among them, for the scene file's schema.
 
 use schemars::JsonSchema;
 
@@ -9,7 +9,7 @@ pub(super) type Vector = [f64; 3];
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum Distribution {
+enum Distribution {
     Isotropic,
     Lambertian,
 }
@@ -18,7 +18,7 @@ pub(super) enum Distribution {
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum EmittingSide {
+enum EmittingSide {
     Front,
     Back,
     Both,
@@ -27,7 +27,7 @@ pub(super) enum EmittingSide {
 /// How a sky's luminance depends on direction.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum SkyDistribution {
+enum SkyDistribution {
     #[schemars(rename = "uniform")]
     Uniform,
     #[schemars(rename = "overcast")]
@@ -68,7 +68,7 @@ pub(super) enum SkyDistribution {
 /// How bright a luminaire with an extent is: one of both.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) struct Brightness {
+struct Brightness {
     /// Exitance in lm/m².
     #[schemars(range(min = 0.0))]
     exitance_lm_m2: Option<f64>,
@@ -80,7 +80,7 @@ pub(super) struct Brightness {
 /// What every luminaire may say of its operation.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) struct Operation {
+struct Operation {
     /// Dimming.
     #[schemars(range(min = 0.0, max = 1.0))]
     dimming: Option<f64>,
@@ -95,7 +95,7 @@ pub(super) struct Operation {
 /// Where and when the sun is looked up at.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) struct PlaceAndTime {
+struct PlaceAndTime {
     /// Latitude, north positive.
     #[schemars(range(min = -90.0, max = 90.0))]
     latitude_deg: Option<f64>,
@@ -109,7 +109,7 @@ pub(super) struct PlaceAndTime {
 /// An array of like luminaires.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-pub(super) struct Array {
+struct Array {
     /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
     #[schemars(range(min = 1))]
     columns: Option<u32>,
@@ -120,6 +120,73 @@ pub(super) struct Array {
     u: Option<Vector>,
     /// From the first to the last row of the array.
     v: Option<Vector>,
+}
+
+/// Keys of a point.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct PointKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// Where it is.
+    position: Vector,
+    /// Isotropic by default; lambertian is I₀ cos γ about `aim`.
+    distribution: Option<Distribution>,
+    /// Direction of γ = 0; [0, 0, −1] by default.
+    aim: Option<Vector>,
+    /// Intensity on the axis in cd.
+    #[schemars(range(min = 0.0))]
+    intensity_cd: Option<f64>,
+    /// Luminous flux in lm.
+    #[schemars(range(min = 0.0))]
+    luminous_flux_lm: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+    #[schemars(flatten)]
+    array: Array,
+}
+
+/// Keys of a luminous ball.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct SphereKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// Centre.
+    center: Vector,
+    /// Radius.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    radius: f64,
+    #[schemars(flatten)]
+    brightness: Brightness,
+    #[schemars(flatten)]
+    operation: Operation,
+    #[schemars(flatten)]
+    array: Array,
+}
+
+/// Keys of a luminous ring.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct RingKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// Centre.
+    center: Vector,
+    /// Radius of the hole; 0 by default, which makes a disk.
+    #[schemars(range(min = 0.0))]
+    inner_radius: Option<f64>,
+    /// Radius of the rim.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    outer_radius: f64,
+    /// Direction of γ = 0; [0, 0, −1] by default.
+    aim: Option<Vector>,
+    #[schemars(flatten)]
+    brightness: Brightness,
+    #[schemars(flatten)]
+    operation: Operation,
+    #[schemars(flatten)]
+    array: Array,
 }
 
 /// Keys of a luminous surface.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 
 use super::error::SceneError;
 use super::reader::{Fields, Node};
-use crate::base::pane::{internal_transmittance_of, pane_shares};
+use crate::base::pane::{glazed_shares, internal_transmittance_of, pane_shares};
 
 /// A material type: its name in files, its keys there, and how its law is read.
 struct MaterialType {
@@ -231,9 +231,7 @@ impl ReflectionLaw {
                 SurfaceShares { mirrored: reflectance, ..SurfaceShares::default() }
             }
             ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share } => SurfaceShares {
-                pane: Some(
-                    pane_shares(refractive_index, internal_transmittance, 1.0).map(|share| glazed_share * share),
-                ),
+                pane: Some(glazed_shares(glazed_share, refractive_index, internal_transmittance, 1.0)),
                 is_sheet: true,
                 ..SurfaceShares::default()
             },

@@ -8,19 +8,49 @@ use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 use super::{gltf, obj, parse, ply, stl, under_way};
 
-/// Reads a mesh; lengths come in the scene's unit. A file whose ending says nothing is an OBJ file. Warnings say what
-/// was passed over and matters.
-///
-/// # Errors
-///
-/// Files that cannot be read, that are damaged or cut short, ask for too much, or hold no triangle.
-pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
-    under_way::begin(path.file_name().unwrap_or_default().to_string_lossy(), 0);
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    match ending.as_str() {
-        "gltf" | "glb" => gltf::read(path, &parse::read_bytes(path, "the glTF file")?, unit, warnings),
-        "stl" => stl::read(path, parse::read_bytes(path, "the STL file")?, warnings),
-        "ply" => ply::read(path, &parse::read_bytes(path, "the PLY file")?, warnings),
-        _ => obj::read(&Source { text: &parse::read_text(path, "the OBJ file")?, path }, warnings),
+/// A mesh file as it was read from the disk.
+pub(super) struct MeshFile<'a> {
+    pub path: &'a Path,
+    pub content: MeshContent,
+}
+
+/// What a mesh file holds, by its ending.
+pub(super) enum MeshContent {
+    Gltf(Vec<u8>),
+    Stl(Vec<u8>),
+    Ply(Vec<u8>),
+    Obj(String),
+}
+
+impl MeshFile<'_> {
+    /// Reads a file. One whose ending says nothing is an OBJ file.
+    ///
+    /// # Errors
+    ///
+    /// Files that cannot be read.
+    pub fn open(path: &Path) -> Result<MeshFile<'_>, SceneError> {
+        under_way::begin(path.file_name().unwrap_or_default().to_string_lossy(), 0);
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let content = match ending.as_str() {
+            "gltf" | "glb" => MeshContent::Gltf(parse::read_bytes(path, "the glTF file")?),
+            "stl" => MeshContent::Stl(parse::read_bytes(path, "the STL file")?),
+            "ply" => MeshContent::Ply(parse::read_bytes(path, "the PLY file")?),
+            _ => MeshContent::Obj(parse::read_text(path, "the OBJ file")?),
+        };
+        Ok(MeshFile { path, content })
+    }
+
+    /// Its mesh; lengths come in the scene's unit. Warnings say what was passed over and matters.
+    ///
+    /// # Errors
+    ///
+    /// Files that are damaged or cut short, ask for too much, or hold no triangle.
+    pub fn shape(&mut self, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
+        match &mut self.content {
+            MeshContent::Gltf(bytes) => gltf::read(self.path, bytes, unit, warnings),
+            MeshContent::Stl(bytes) => stl::read(self.path, bytes, warnings),
+            MeshContent::Ply(bytes) => ply::read(self.path, bytes, warnings),
+            MeshContent::Obj(text) => obj::read(&Source { text: text.as_str(), path: self.path }, warnings),
+        }
     }
 }

@@ -1,27 +1,12 @@
 //! What a model's file says beside its shapes and no reader takes: `luxmc convert` names it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use gltf::{Document, Semantic};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::DefaultElement;
 
-use super::error::SceneError;
-use super::{gltf_extensions, obj, parse, ply, stl};
-
-/// What was not read of a file that a reader of meshes takes, in words; glTF apart, see [`of_gltf`].
-///
-/// # Errors
-///
-/// Files that cannot be read.
-pub(super) fn of_mesh(model: &Path, ending: &str) -> Result<Vec<String>, SceneError> {
-    Ok(match ending {
-        "stl" => of_stl(&parse::read_bytes(model, "the STL file")?),
-        "ply" => of_ply(&parse::read_bytes(model, "the PLY file")?),
-        _ => of_obj(&parse::read_text(model, "the OBJ file")?),
-    })
-}
+use super::{gltf_extensions, obj, ply, stl};
 
 /// Cameras, textures, what vertices have beside their places, and extensions that say how surfaces look or are notes.
 pub(super) fn of_gltf(document: &Document) -> Vec<String> {
@@ -37,7 +22,7 @@ pub(super) fn of_gltf(document: &Document) -> Vec<String> {
 }
 
 /// Statements of an OBJ file about looks and names, with the files of materials.
-fn of_obj(text: &str) -> Vec<String> {
+pub(super) fn of_obj(text: &str) -> Vec<String> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let mut files = BTreeSet::new();
     for line in text.lines() {
@@ -53,7 +38,7 @@ fn of_obj(text: &str) -> Vec<String> {
 }
 
 /// Properties of vertices and faces of a PLY file beside places and corners.
-fn of_ply(bytes: &[u8]) -> Vec<String> {
+pub(super) fn of_ply(bytes: &[u8]) -> Vec<String> {
     let Ok(header) = Parser::<DefaultElement>::new().read_header(&mut Reader::new(bytes)) else { return Vec::new() };
     let beside = |element: &str, read: &[&str], of: &str| {
         let properties = header.elements.get(element).into_iter().flat_map(|element| element.properties.keys());
@@ -64,7 +49,7 @@ fn of_ply(bytes: &[u8]) -> Vec<String> {
 }
 
 /// The two bytes behind each triangle of a binary STL file, where some programs write colours.
-fn of_stl(bytes: &[u8]) -> Vec<String> {
+pub(super) fn of_stl(bytes: &[u8]) -> Vec<String> {
     let has_colors = stl::bytes_behind_triangles(bytes).any(|pair| pair != [0, 0]);
     if has_colors {
         vec!["what stands in the two bytes behind each triangle, perhaps colours".to_owned()]

@@ -1,6 +1,7 @@
 //! Strict JSON: the text of a scene file to a syntax tree with places.
 
 use std::path::Path;
+use std::str::Utf8Error;
 
 use jsonc_parser::ast::Value;
 use jsonc_parser::errors::{ParseError, ParseErrorKind};
@@ -20,7 +21,8 @@ pub(super) const LARGEST_FILE_BYTES: u64 = 512 << 20;
 ///
 /// A file that is missing, cannot be read, is no plain file, is too large or is not UTF-8.
 pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
-    text_of(read_bytes(path, kind)?, path, kind)
+    String::from_utf8(read_bytes(path, kind)?)
+        .map_err(|error| not_utf8(error.as_bytes(), &error.utf8_error(), path, kind))
 }
 
 /// Reads a file as bytes.
@@ -37,19 +39,20 @@ pub(super) fn read_bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError>
 /// # Errors
 ///
 /// Bytes that are not UTF-8.
-pub(super) fn text_of(bytes: Vec<u8>, path: &Path, kind: &str) -> Result<String, SceneError> {
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        Source { text: &text, path }.refuse(
-            valid..valid + 1,
-            "",
-            format!("{kind} is not UTF-8 text"),
-            format!("the byte 0x{:02X}", error.as_bytes()[valid]),
-            "UTF-8 text",
-            "save the file as UTF-8",
-        )
-    })
+pub(super) fn text_of<'t>(bytes: &'t [u8], path: &Path, kind: &str) -> Result<&'t str, SceneError> {
+    str::from_utf8(bytes).map_err(|error| not_utf8(bytes, &error, path, kind))
+}
+
+fn not_utf8(bytes: &[u8], error: &Utf8Error, path: &Path, kind: &str) -> SceneError {
+    let valid = error.valid_up_to();
+    Source { text: &String::from_utf8_lossy(bytes), path }.refuse(
+        valid..valid + 1,
+        "",
+        format!("{kind} is not UTF-8 text"),
+        format!("the byte 0x{:02X}", bytes[valid]),
+        "UTF-8 text",
+        "save the file as UTF-8",
+    )
 }
 
 fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {

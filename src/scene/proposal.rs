@@ -9,10 +9,11 @@ use serde_json::{Map, Value, json};
 use super::error::SceneError;
 use super::gltf::{self, Appearance};
 use super::mesh_builder::UNNAMED_PART;
+use super::mesh_file::{MeshContent, MeshFile};
 use super::proposed::{Proposal, ProposedMaterial, UNKNOWN_REFLECTANCE};
 use super::reader::Source;
 use super::units::LengthUnit;
-use super::{mesh_file, not_read, parse, radiance_scene};
+use super::{not_read, parse, radiance_scene};
 
 /// Most that a colour is taken to reflect: the whitest paints do not reflect more.
 const WHITEST: f64 = 0.9;
@@ -64,18 +65,21 @@ pub fn propose_radiance_scene(models: &[&Path]) -> Result<Proposal, SceneError> 
 
 fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneError> {
     let (mut warnings, mut reader_warnings) = (Vec::new(), Vec::new());
-    let shape = mesh_file::read(model, LengthUnit::of(0), &mut reader_warnings)?;
-    let is_gltf = ["gltf", "glb"].contains(&ending);
-    let (looks, not_read) = if is_gltf {
-        let document = gltf::description(model, &parse::read_bytes(model, "the glTF file")?)?;
-        (gltf::appearances(&document), not_read::of_gltf(&document))
-    } else {
-        (HashMap::new(), not_read::of_mesh(model, ending)?)
+    let mut file = MeshFile::open(model)?;
+    let shape = file.shape(LengthUnit::of(0), &mut reader_warnings)?;
+    let (looks, not_read) = match &file.content {
+        MeshContent::Gltf(bytes) => {
+            let document = gltf::description(model, bytes)?;
+            (gltf::appearances(&document), not_read::of_gltf(&document))
+        }
+        MeshContent::Stl(bytes) => (HashMap::new(), not_read::of_stl(bytes)),
+        MeshContent::Ply(bytes) => (HashMap::new(), not_read::of_ply(bytes)),
+        MeshContent::Obj(text) => (HashMap::new(), not_read::of_obj(text)),
     };
     if !not_read.is_empty() {
         warnings.push(format!("not read: {}", not_read.join(", ")));
     }
-    if !is_gltf {
+    if !matches!(file.content, MeshContent::Gltf(_)) {
         warnings.push(
             "the file does not say in which unit its lengths are: they are taken for metres (length_unit)".to_owned(),
         );

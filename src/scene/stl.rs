@@ -18,16 +18,16 @@ const TRIANGLE_BYTES: usize = 50;
 /// What text files begin with, which some programs write at the beginning of binary ones too.
 const SOLID: &str = "solid";
 
-/// Reads a mesh.
+/// Reads a mesh. The first byte of a binary file is overwritten.
 ///
 /// # Errors
 ///
 /// Files that are damaged or cut short, corners at no finite place, and files without a triangle.
-pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
+pub(super) fn read(path: &Path, bytes: &mut [u8], warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut mesh = MeshBuilder::default();
-    let said = triangles_said(&bytes);
+    let said = triangles_said(bytes);
     let needed = said.map(bytes_needed);
-    if is_binary(&bytes) {
+    if is_binary(bytes) {
         let Some(needed) = needed.filter(|needed| *needed <= bytes.len() as u64) else {
             let expected = match needed {
                 Some(needed) => {
@@ -44,10 +44,10 @@ pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) 
         }
         // Its length says that the file is binary, whatever it begins with.
         bytes[0] = b' ';
-        add_solid(path, &mut mesh, None, &bytes)?;
+        add_solid(path, &mut mesh, None, bytes)?;
     } else {
         let text = parse::text_of(bytes, path, "the STL file")?;
-        for solid in solids(&text) {
+        for solid in solids(text) {
             let (first, rest) = solid.split_once('\n').unwrap_or((solid, ""));
             let name = first.trim()[SOLID.len()..].trim();
             let whole = format!("{SOLID} \n{rest}");
@@ -160,7 +160,7 @@ mod tests {
     }
 
     fn read_bytes(bytes: &[u8]) -> Result<GeometryShape, SceneError> {
-        read(Path::new("test.stl"), bytes.to_vec(), &mut Vec::new())
+        read(Path::new("test.stl"), &mut bytes.to_vec(), &mut Vec::new())
     }
 
     #[test]

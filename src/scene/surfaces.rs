@@ -13,7 +13,7 @@ use super::given;
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
 use super::materials::Material;
 use super::mesh_builder::UNNAMED_PART;
-use super::mesh_file;
+use super::mesh_file::MeshFile;
 use super::model::{MaterialId, Surface, SurfaceId};
 use super::names::{listed, place_words};
 use super::placing::Placing;
@@ -442,7 +442,8 @@ fn read_mesh(
     }
     let node = fields.need("file", "\"desks.obj\", or \"vertices\" and \"faces\"")?;
     let path = around.base_dir.join(node.name()?);
-    let mut shape = mesh_file::read(&path, around.unit, warnings).map_err(|error| error.named_by(node.as_namer()))?;
+    let read = MeshFile::open(&path).and_then(|mut file| file.shape(around.unit, warnings));
+    let mut shape = read.map_err(|error| error.named_by(node.as_namer()))?;
     if let Some((count, place)) = weld(&mut shape) {
         warnings.push(format!(
             "{}: {count} vertices along open edges lay as good as on others and were made one with them (the first at {place} in the file)",

@@ -130,15 +130,15 @@ pub(super) fn cuts_of(
     most_elements: usize,
 ) -> Vec<u32> {
     let loss = |(index, lost_lx2): (usize, f64)| {
-        let cell = elements.cell(index as u32);
+        let element = elements.element(index as u32);
         ElementLoss {
-            area_m2: elements.area_m2(context.scene, cell),
+            area_m2: elements.area_m2(context.scene, element),
             lost_lx2: lost_lx2.max(0.0),
             // Leaves of smooth bodies stay as they are.
-            cuts_left: if body_of(&context.scene.bodies, cell.triangle).is_some() {
+            cuts_left: if body_of(&context.scene.bodies, element.triangle).is_some() {
                 0
             } else {
-                MOST_CUTS - cell.cuts()
+                MOST_CUTS - element.cuts()
             },
         }
     };
@@ -147,19 +147,19 @@ pub(super) fn cuts_of(
 }
 
 /// The element from which one of the finer ones was cut.
-pub(super) fn cell_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
-    let cell = finer.cell(index);
-    let [a, b, c] = finer.corners(&cell);
+pub(super) fn element_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
+    let element = finer.element(index);
+    let [a, b, c] = finer.corners(&element);
     let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
-    elements.cell_at(cell.triangle, middle, cell.side).unwrap_or(0)
+    elements.element_at(element.triangle, middle, element.side).unwrap_or(0)
 }
 
 /// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
 pub(super) fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
-    let [a, b, c] = elements.corners(&elements.cell(above));
+    let [a, b, c] = elements.corners(&elements.element(above));
     let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
     let inverse = 1.0 / (p[0] * q[1] - p[1] * q[0]);
-    finer.corners(&finer.cell(index)).map(|corner| {
+    finer.corners(&finer.element(index)).map(|corner| {
         let at = [corner[0] - a[0], corner[1] - a[1]];
         [(at[0] * q[1] - at[1] * q[0]) * inverse, (p[0] * at[1] - p[1] * at[0]) * inverse]
     })
@@ -320,8 +320,9 @@ impl Adaptive {
         let goal_lx2 = (AIM_SHARE - of_broad) * target_lx2;
         let cuts = cuts_of(context, elements, loss.sure_lx2.iter().copied(), goal_lx2, MOST_ELEMENTS);
         let broad_cuts = broad.map(|broad| broad.cuts(context, &loss.broad, of_broad * target_lx2, MOST_ELEMENTS));
-        let mut finer = elements.cut(|cell| cuts[cell as usize]);
-        let finer_broad = broad.zip(broad_cuts).map(|(broad, cuts)| broad.elements.cut(|cell| cuts[cell as usize]));
+        let mut finer = elements.cut(|element| cuts[element as usize]);
+        let finer_broad =
+            broad.zip(broad_cuts).map(|(broad, cuts)| broad.elements.cut(|element| cuts[element as usize]));
         if let Some(finer_broad) = &finer_broad {
             finer = finer.cut_like(finer_broad);
         }
@@ -352,8 +353,8 @@ impl Adaptive {
 
     /// What is kept of finer elements, from what these have shown.
     fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
-        let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, finer, index)).collect();
-        let was_cut = |index: usize| finer.cell(index as u32).cuts() > elements.cell(above[index]).cuts();
+        let above: Vec<u32> = (0..finer.len() as u32).map(|index| element_above(elements, finer, index)).collect();
+        let was_cut = |index: usize| finer.element(index as u32).cuts() > elements.element(above[index]).cuts();
         let (exposed, pilot_rays) = exposed_shares(context, finer, 0..finer.len(), |index| {
             let before = self.exposed[above[index as usize] as usize];
             if before == 0.0 || !was_cut(index as usize) { Exposure::Known(before) } else { Exposure::Unknown }

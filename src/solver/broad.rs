@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::adapt::{SideLosses, cell_above, corners_within, cuts_of, reference_on};
+use super::adapt::{SideLosses, corners_within, cuts_of, element_above, reference_on};
 use super::job::{Context, Shows, element_weights};
 use super::sweep::stream_number;
 use crate::maps::basis::Linear;
@@ -79,7 +79,7 @@ impl Broad {
         let count = elements.len();
         let exposed = exposed_of(context, &elements, fine, fine_exposed);
         let is_sloped = |index: usize| {
-            let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
+            let area_m2 = elements.area_m2(context.scene, elements.element(index as u32));
             exposed[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
         };
         let sloped = (0..count).map(is_sloped).collect();
@@ -172,7 +172,7 @@ impl Broad {
     pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> Broad {
         let exposed = exposed_of(context, &elements, fine, fine_exposed);
         let above: Vec<u32> =
-            (0..elements.len() as u32).map(|index| cell_above(&self.elements, &elements, index)).collect();
+            (0..elements.len() as u32).map(|index| element_above(&self.elements, &elements, index)).collect();
         let reference = |(index, above): (usize, &u32)| {
             let [_, shown_lx] = self.map.parts_lx(*above as usize);
             reference_on(
@@ -181,11 +181,11 @@ impl Broad {
                 exposed[index],
             )
         };
-        let cuts = |index: usize| elements.cell(index as u32).cuts();
+        let cuts = |index: usize| elements.element(index as u32).cuts();
         let is_sloped = |(index, above): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
             let were = self.sloped[*above as usize];
-            exposed[index] == 1.0 && (were || cuts(index) > self.elements.cell(*above).cuts())
+            exposed[index] == 1.0 && (were || cuts(index) > self.elements.element(*above).cuts())
         };
         let sloped = above.iter().enumerate().map(is_sloped).collect();
         let references_lx = above.iter().enumerate().map(reference).collect();
@@ -197,8 +197,8 @@ impl Broad {
 fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
     let mut found = vec![[0.0; 2]; broad.len()];
     for (index, exposed) in fine_exposed.iter().enumerate() {
-        let [whole_m2, exposed_m2] = &mut found[cell_above(broad, fine, index as u32) as usize];
-        let area_m2 = fine.area_m2(context.scene, fine.cell(index as u32));
+        let [whole_m2, exposed_m2] = &mut found[element_above(broad, fine, index as u32) as usize];
+        let area_m2 = fine.area_m2(context.scene, fine.element(index as u32));
         *whole_m2 += area_m2;
         *exposed_m2 += area_m2 * exposed;
     }
@@ -208,7 +208,7 @@ fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed
 
 fn pieces_of(broad: &Elements, fine: &Elements) -> Vec<Piece> {
     let piece = |index: u32| {
-        let above = cell_above(broad, fine, index);
+        let above = element_above(broad, fine, index);
         Piece::of(above, corners_within(broad, fine, index, above))
     };
     (0..fine.len() as u32).map(piece).collect()

@@ -175,7 +175,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         return;
     }
     let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
-    if let Some(more) = job.work_to_ask() {
+    if let Some(more) = job.work_left_to_gather() {
         let at_best = more.min(walks);
         if job.connecting.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));
@@ -187,11 +187,11 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
                 "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks, {:.1e} by local estimation",
                 offer.work
             );
-            job.stop_asking(context);
+            job.stop_gathering(context);
             job.start_connecting(offer.plan);
             job.next_judgement = job.first_samples();
         } else if more > LEAVING * walks {
-            job.stop_asking(context);
+            job.stop_gathering(context);
             job.method_reason = format!(
                 "{}; by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts",
                 job.method_reason

@@ -332,7 +332,7 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     }
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
-        .map(|cell| match context.stage.law(job.elements.cell(cell).triangle) {
+        .map(|index| match context.stage.law(job.elements.element(index).triangle) {
             // What panes absorb depends on the angle and is counted instead.
             Law::Glass(_) => 0.0,
             law => 1.0 - law.total(1.0),
@@ -342,10 +342,10 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
         .map(|replica| {
             let ends = &ends[replica];
             let counted_lm = emitted_lm * (ends.balls + ends.panes) as f64 / ends.packets().max(1) as f64;
-            let cells_lm: f64 = (0..job.map.len())
-                .map(|cell| absorptance[cell] * job.weights[cell] * job.map.illuminance_lx(replica, cell))
+            let elements_lm: f64 = (0..job.map.len())
+                .map(|entry| absorptance[entry] * job.weights[entry] * job.map.illuminance_lx(replica, entry))
                 .sum();
-            counted_lm + cells_lm
+            counted_lm + elements_lm
         })
         .collect();
     let absorbed_by_map_lm = absorbed_lm.iter().sum::<f64>() / REPLICAS as f64;

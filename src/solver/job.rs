@@ -1,6 +1,5 @@
 //! One map's work: what a sample is, and how sixteen replicas of it go forward together.
 
-mod cells;
 mod connecting;
 mod counting;
 mod elements;
@@ -8,6 +7,7 @@ mod ends;
 mod engine;
 mod expected;
 mod forecast;
+mod gathering;
 mod judged;
 mod leaving;
 mod merged;
@@ -19,7 +19,6 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::cells::SHARE_OF_A_LOOK;
 use self::connecting::first_rounds;
 pub use self::connecting::{Offer, Offered};
 use self::elements::numbers_per_site;
@@ -28,10 +27,11 @@ pub use self::ends::Ends;
 pub use self::engine::Engine;
 use self::expected::first_look;
 pub use self::forecast::Hindrance;
+pub use self::gathering::SHARE_OF_A_LOOK;
 use self::parts::{AdaptingState, ConnectingState, Costs, GatheringState, Looks, WalkingState, WorkDone};
 use super::Method;
 use super::adapt::{Adaptive, Cutting};
-use super::cells::CellSets;
+use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
 use super::pace::{Pace, TimeLeft};
@@ -293,7 +293,7 @@ impl Job {
 
     /// Rays that it still takes to a number of samples, by what the pilot counted.
     pub fn rays_to(&self, samples: u64) -> f64 {
-        if let Some(rays) = self.rays_to_ask() {
+        if let Some(rays) = self.rays_left_to_gather() {
             return rays;
         }
         let passes = self.passes_at(samples).saturating_sub(self.map.direct_samples.complete);
@@ -332,7 +332,7 @@ impl Job {
     /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
     /// end the run in the middle of it.
     ///
-    /// `sets` are the cells that rays ask; there are none where nothing does.
+    /// `sets` are the cells that gathering rays look up; there are none where nothing gathers.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.work.rays, Instant::now());
         context.pace.turn_to(&self.work.slices, activity);
@@ -373,7 +373,7 @@ impl Job {
         if self.map.direct_samples.complete < passes {
             self.advance_direct(context, passes);
         } else if self.engine == Engine::Gather {
-            return sets.is_none_or(|sets| self.ask_cells(context, sets));
+            return sets.is_none_or(|sets| self.gather_a_slice(context, sets));
         } else if !self.black {
             self.advance_indirect(context, goal);
         }

@@ -176,11 +176,11 @@ impl MergedMap {
             Engine::named(is_alike.then_some(first.method.as_str()), context.scene, first.kind, context.method);
         let mut job = Job::to_merge(context, first.kind, first.bound, engine, is_alike && first.counts_packets);
         let entries = job.map.len();
-        let asks = all.iter().any(|map| map.cells_error.is_some());
-        job.map.cells_error = asks.then(|| CellsError { by_site_lx: vec![0.0; entries], ..CellsError::default() });
+        let gathers = all.iter().any(|map| map.cells_error.is_some());
+        job.map.cells_error = gathers.then(|| CellsError { by_site_lx: vec![0.0; entries], ..CellsError::default() });
         let cells = CellsOfShares {
-            profile: vec![0.0; if asks { entries } else { 0 }],
-            weights: vec![0.0; if asks { entries } else { 0 }],
+            profile: vec![0.0; if gathers { entries } else { 0 }],
+            weights: vec![0.0; if gathers { entries } else { 0 }],
             measured: Vec::new(),
         };
         let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
@@ -204,7 +204,7 @@ impl MergedMap {
         };
     }
 
-    /// Adds the sums of a share, or of a part of it, as means times its weight.
+    /// Adds the sums of a share, or of a part of it, as means times its weight: docs/methods.md (46).
     fn add(&mut self, part: ReceiversPart, share: &MapOfShare, sums: &MapSums) {
         let [direct, indirect] = self.weights.map(|weight| weight as f64);
         let places = self.places(part, share.entries);
@@ -300,10 +300,10 @@ impl CellsOfShares {
     /// What is left of the cells' error; entries weigh as much in the map.
     fn error(&self, areas: &[f64]) -> CellsError {
         let all: f64 = areas.iter().sum();
-        let of_asking: f64 =
+        let of_gathering: f64 =
             areas.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(area, _)| area).sum();
-        // Where some parts ask and others do not, those that do have all the error.
-        let spread = if of_asking > 0.0 { (all / of_asking).sqrt() } else { 1.0 };
+        // Where some parts gather and others do not, those that do have all the error.
+        let spread = if of_gathering > 0.0 { (all / of_gathering).sqrt() } else { 1.0 };
         let unsure = |(sum, weight): (&f64, &f64)| spread * sum / weight.max(f64::MIN_POSITIVE);
         let profile: Vec<f64> = self.profile.iter().zip(&self.weights).map(unsure).collect();
         CellsError::of_mean(&self.measured, &profile)

@@ -3,9 +3,9 @@
 mod adapt;
 mod allotment;
 mod broad;
-mod cells;
 mod choice;
 mod finish;
+mod gathering;
 mod glare;
 mod guide;
 mod job;

@@ -366,21 +366,21 @@ pub fn scattered(count: usize) -> impl Iterator<Item = usize> {
 /// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
 fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
-    let area_of = |cell: u32| elements.area_m2(scene, elements.cell(cell));
+    let area_of = |index: u32| elements.area_m2(scene, elements.element(index));
     let flux_squared = stage.emitters.luminous_flux_lm().powi(2);
-    let cells = elements.len();
-    let area_m2: f64 = (0..cells as u32).map(area_of).sum();
+    let count = elements.len();
+    let area_m2: f64 = (0..count as u32).map(area_of).sum();
     let (mut variance, mut sum_lm) = (0.0, 0.0);
     let (mut chains, mut rays) = (0, 0);
     for chain in scattered(CHAINS) {
-        stream.seek((cells + chain) as u64);
+        stream.seek((count + chain) as u64);
         let choice = (chain as f64 + stream.fine_unit()) / CHAINS as f64;
         let (_, chain_rays) = stage.trace_chain(choice, stream, |arrival| {
             let hit = &arrival.hit;
             if arrival.bounces > 0
-                && let Some(cell) = elements.cell_at(hit.triangle, hit.barycentric, hit.side)
+                && let Some(element) = elements.element_at(hit.triangle, hit.barycentric, hit.side)
             {
-                variance += flux_squared / area_of(cell) / area_m2;
+                variance += flux_squared / area_of(element) / area_m2;
                 sum_lm += stage.emitters.luminous_flux_lm();
             }
         });
@@ -393,7 +393,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     let chains = chains as f64;
     PartCost {
         variance: variance / chains,
-        rays: rays as f64 / chains / cells as f64,
+        rays: rays as f64 / chains / count as f64,
         choosing: 0.0,
         mean_lx: sum_lm / chains / area_m2,
         pilot_rays: rays,

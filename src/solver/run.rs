@@ -22,9 +22,9 @@ use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, p
 pub use self::observer::{Observer, Progress, Silent};
 use self::standing::Standing;
 use super::adapt::most_that_adapt;
-use super::cells::CellSets;
 use super::choice;
 use super::finish::{Ending, finish};
+use super::gathering::CellSets;
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft, slice_s};
 use super::share::{MapOfShare, MapSums, Portion, sums_of};
@@ -54,7 +54,7 @@ const WORK_ANEW: f64 = 4.0;
 /// Least error that a run which only a limit ends looks for, and steps in which it looks.
 const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
-/// Cells, and what was asked of them, may take one part in so many of the memory: solving for their light takes as much again.
+/// Cells, and what maps have gathered, may take one part in so many of the memory: solving for their light takes as much again.
 const SHARE_OF_MEMORY: u64 = 8;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
@@ -217,9 +217,9 @@ struct Run<'a> {
     target_error: Option<f64>,
     observer: &'a dyn Observer,
     jobs: Vec<Job>,
-    /// The cells that rays ask, if any do.
+    /// The cells that gathering rays look up, if any do.
     sets: Option<CellSets>,
-    /// Bytes that they, and what was asked of them, may take.
+    /// Bytes that they, and what maps have gathered, may take.
     most_bytes_of_cells: u64,
     convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
@@ -251,7 +251,7 @@ impl Run<'_> {
 
     /// Pilots, and what follows from them.
     fn prepare(&mut self) {
-        self.start_asking();
+        self.start_gathering();
         let affordable_rays = self.affordable_rays();
         self.context.stage.learn_selection_by_cell(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
@@ -286,8 +286,8 @@ impl Run<'_> {
         matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects()
     }
 
-    /// Lets the maps ask cells that can, where that is asked for or pays.
-    fn start_asking(&mut self) {
+    /// Lets the maps gather that can, where that is asked for or pays.
+    fn start_gathering(&mut self) {
         if !self.may_gather() {
             return;
         }
@@ -295,17 +295,17 @@ impl Run<'_> {
         let target = self.settings.target_error;
         for job in &mut self.jobs {
             let mean_lx = job.mean_without_gathering_lx();
-            let can_ask = job.can_ask_cells(self.context);
-            if can_ask && mean_lx > 0.0 {
-                job.prepare_asking(self.context, error);
+            let can_gather = job.can_gather(self.context);
+            if can_gather && mean_lx > 0.0 {
+                job.prepare_gathering(self.context, error);
             }
-            let by_cells = match can_ask {
-                true if mean_lx > 0.0 => Ok(job.work_by_cells(self.context, error)),
+            let by_gathering = match can_gather {
+                true if mean_lx > 0.0 => Ok(job.work_by_gathering(self.context, error)),
                 true => Err("its pilot found no light"),
                 false => Err("it knows no luminances, nor light that only chains find"),
             };
-            if choice::settle(self.context, job, by_cells, target) {
-                job.start_asking(self.context, error, self.settings.chains);
+            if choice::settle(self.context, job, by_gathering, target) {
+                job.start_gathering(self.context, error, self.settings.chains);
             } else {
                 job.adapting.broad = None;
             }
@@ -324,8 +324,8 @@ impl Run<'_> {
             return DEFAULT_TARGET_ERROR;
         }
         let work = |error: f64| -> f64 {
-            let cells = self.jobs.iter().filter(|job| job.bound && job.can_ask_cells(self.context));
-            cells.map(|job| job.work_by_cells(self.context, error)).sum()
+            let cells = self.jobs.iter().filter(|job| job.bound && job.can_gather(self.context));
+            cells.map(|job| job.work_by_gathering(self.context, error)).sum()
         };
         least_affordable(DEFAULT_TARGET_ERROR, self.affordable_rays(), work).min(DEFAULT_TARGET_ERROR)
     }
@@ -405,11 +405,11 @@ impl Run<'_> {
         true
     }
 
-    /// What a map that asks cells needs next.
-    fn plan_cells(&mut self, index: usize) {
+    /// What a map that gathers needs next.
+    fn plan_gathering(&mut self, index: usize) {
         let job = &mut self.jobs[index];
         if job.engine == Engine::Gather && !job.met && self.settings.chains.is_none() {
-            job.plan_cells(self.target_error);
+            job.plan_gathering(self.target_error);
         }
     }
 
@@ -438,13 +438,13 @@ impl Run<'_> {
     fn look(&mut self, index: usize) {
         let started = Instant::now();
         let job = &mut self.jobs[index];
-        job.settle_cells(self.sets.as_mut());
+        job.settle_gathering(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);
         let needed =
             self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
         let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.met = accepted && job.passes_checks(self.target_error);
+        job.met = accepted && job.run_checks(self.target_error);
         let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
         job.looks.refused = without_mean || (accepted && !job.met);
         job.looks.refusals += u64::from(job.looks.refused);
@@ -452,7 +452,7 @@ impl Run<'_> {
         let bound = job.bound;
         let is_refined = self.refine_elements(index);
         if !is_refined {
-            self.plan_cells(index);
+            self.plan_gathering(index);
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());
         if let (false, Some(target), None, Method::Auto) =
@@ -473,24 +473,24 @@ impl Run<'_> {
         }
     }
 
-    /// Whether cells, and what maps have asked them, take no more than their share of the memory. Where they would, the map that
-    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that asks.
+    /// Whether cells, and what maps have gathered, take no more than their share of the memory. Where they would, the map that
+    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that gathers.
     fn keeps_to_its_memory(&mut self) -> bool {
         let Some(sets) = &self.sets else {
             return true;
         };
-        let of_maps = || self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
+        let of_maps = || self.jobs.iter().map(Job::bytes_of_gathering).sum::<usize>();
         let all = sets.bytes() + self.standing.bytes().unwrap_or_else(of_maps);
         if all as u64 <= self.most_bytes_of_cells {
             return true;
         }
-        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gather && !job.met);
-        let Some(job) = asking.max_by_key(|job| job.bytes_of_asking()) else {
+        let gathering = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gather && !job.met);
+        let Some(job) = gathering.max_by_key(|job| job.bytes_of_gathering()) else {
             return true;
         };
-        job.stop_asking(self.context);
+        job.stop_gathering(self.context);
         job.method_reason = format!(
-            "cells, and what was asked of them, took all of their {} MB of memory",
+            "cells, and what was gathered through them, took all of their {} MB of memory",
             self.most_bytes_of_cells >> 20
         );
         job.next_judgement = job.first_samples();
@@ -517,7 +517,7 @@ impl Run<'_> {
                 continue;
             };
             if in_haste && !job.knows_its_bias() {
-                job.stop_asking(self.context);
+                job.stop_gathering(self.context);
                 job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
             }
             match job.kind {
@@ -527,7 +527,7 @@ impl Run<'_> {
                         && (in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays) =>
                 {
                     if job.engine == Engine::Gather {
-                        job.stop_asking(self.context);
+                        job.stop_gathering(self.context);
                         job.method_reason = "a first look at every element by gathering would take too long".to_owned();
                     }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
@@ -564,10 +564,10 @@ impl Run<'_> {
                 job.balance_flux(self.context);
             }
             let started = Instant::now();
-            job.settle_cells(self.sets.as_mut());
+            job.settle_gathering(self.sets.as_mut());
             job.judge(self.context);
             if !job.met {
-                job.passes_checks(self.target_error);
+                job.run_checks(self.target_error);
             }
             self.spending.add(Activity::Judging, 0, started.elapsed());
         }

@@ -103,7 +103,7 @@ pub struct MapOfShare {
     pub direct_samples: Tally,
     /// Samples of indirect light.
     pub indirect_samples: Tally,
-    /// What walks say of the cells' error; nothing where nothing asked cells.
+    /// What walks say of the cells' error; nothing where nothing gathered.
     pub cells_error: Option<Measured>,
     /// Single scores of direct and of indirect light.
     pub scores: [PartScores; 2],
@@ -118,7 +118,7 @@ pub struct MapSums {
     pub direct: Vec<Vec<f64>>,
     /// One slab a replica: sums of indirect scores (lx, or counts of packets).
     pub indirect: Vec<Vec<f64>>,
-    /// How unsure the cells are at every element or point, over their root mean square; empty where nothing asked cells.
+    /// How unsure the cells are at every element or point, over their root mean square; empty where nothing gathered.
     pub cells_profile: Vec<f64>,
 }
 

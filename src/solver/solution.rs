@@ -8,7 +8,7 @@ use crate::control::Forecast;
 use crate::maps::{Judgement, MapError, MapResult};
 use crate::scene::Elements;
 
-/// What maps that ask cells are told to be estimated by.
+/// What maps that gather are told to be estimated by.
 const GATHERING: &str = "gather";
 
 /// How maps are estimated.
@@ -19,7 +19,7 @@ pub enum Method {
     Auto,
     /// Elements by counting the packets of chains, receivers by walks: unbiased.
     Collision,
-    /// Both by gathering rays that ask cells, with an error that independent walks measure.
+    /// Both by gathering through cells, with an error that independent walks measure.
     Gather,
     /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
     Local,

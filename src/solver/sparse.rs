@@ -47,13 +47,13 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
     let total_area_m2: f64 = areas.iter().sum();
-    let scores: f64 = (0..job.map.len()).map(|cell| job.map.indirect_sum(cell)).sum();
-    let small = |cell: u32| scores * areas[cell as usize] / total_area_m2 < FEWEST_SCORES;
-    let count_of_half = |parity: usize, cell: u32| -> f64 {
-        job.map.indirect.iter().skip(parity).step_by(2).map(|slab| slab[cell as usize]).sum()
+    let scores: f64 = (0..job.map.len()).map(|element| job.map.indirect_sum(element)).sum();
+    let small = |element: u32| scores * areas[element as usize] / total_area_m2 < FEWEST_SCORES;
+    let count_of_half = |parity: usize, element: u32| -> f64 {
+        job.map.indirect.iter().skip(parity).step_by(2).map(|slab| slab[element as usize]).sum()
     };
     let sparse: [Vec<u32>; 2] = [0, 1].map(|parity| {
-        let is_sparse = |cell: &u32| small(*cell) || 2.0 * count_of_half(1 - parity, *cell) < FEWEST_SCORES;
+        let is_sparse = |element: &u32| small(*element) || 2.0 * count_of_half(1 - parity, *element) < FEWEST_SCORES;
         (0..areas.len() as u32).filter(is_sparse).collect()
     });
     let longer = if sparse[0].len() >= sparse[1].len() { &sparse[0] } else { &sparse[1] };
@@ -68,11 +68,11 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
     let is_long_over = || (context.time_left)() == TimeLeft::LongOver;
     let mut probe_rays = 0;
-    for cell in &probes {
+    for element in &probes {
         if is_long_over() {
             return 0;
         }
-        probe_rays += walk_from_cell(context, (*cell, exposed[*cell as usize]), 0, &mut cut, &mut stream).1;
+        probe_rays += walk_from_element(context, (*element, exposed[*element as usize]), 0, &mut cut, &mut stream).1;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     let budget = (RAY_SHARE * job.work.rays as f64).max(RAYS_IN_ANY_CASE);
@@ -89,11 +89,11 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
             let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, Purpose::Walks, 0, replica as u32);
             let (mut means_lx, mut rays) = (Vec::new(), 0);
-            for cell in sparse[replica % 2].iter().take_while(|_| !is_long_over()) {
+            for element in sparse[replica % 2].iter().take_while(|_| !is_long_over()) {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
                     let (lx, walk_rays) =
-                        walk_from_cell(context, (*cell, exposed[*cell as usize]), walk, &mut cut, &mut stream);
+                        walk_from_element(context, (*element, exposed[*element as usize]), walk, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;
                 }
@@ -111,9 +111,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     }
     let samples = job.map.indirect_samples.complete as f64;
     for (replica, (means_lx, _)) in walked.iter().enumerate() {
-        for (cell, mean_lx) in sparse[replica % 2].iter().zip(means_lx) {
+        for (element, mean_lx) in sparse[replica % 2].iter().zip(means_lx) {
             // The count of packets that would have brought as much.
-            job.map.indirect[replica][*cell as usize] = mean_lx * areas[*cell as usize] / flux_lm * samples;
+            job.map.indirect[replica][*element as usize] = mean_lx * areas[*element as usize] / flux_lm * samples;
         }
     }
     count
@@ -121,9 +121,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
 
 /// One walk from a random point of an element side of which such a share is exposed: indirect illuminance in lx, 0 where the point is
 /// covered, and the rays it took.
-fn walk_from_cell(
+fn walk_from_element(
     context: &Context,
-    (cell, exposed): (u32, f64),
+    (index, exposed): (u32, f64),
     walk: u64,
     cut: &mut Cut,
     stream: &mut Stream,
@@ -132,8 +132,8 @@ fn walk_from_cell(
     if exposed == 0.0 {
         return (0.0, 0);
     }
-    stream.seek((u64::from(cell) << 32) | walk);
-    let element = Element::of(stage, context.scene, &stage.elements, cell).exposed(exposed);
+    stream.seek((u64::from(index) << 32) | walk);
+    let element = Element::of(stage, context.scene, &stage.elements, index).exposed(exposed);
     let (at, asked) = element.draw_of_whole(stage, stream);
     let Some(at) = at else {
         return (0.0, asked);
@@ -171,30 +171,32 @@ mod tests {
         let context = Context::of_a_test(&scene, &stage, 2);
         let exposed = exposed_shares(&context, &stage.elements, 0..stage.elements.len(), |_| Exposure::Unknown).0;
         // Elements of the beam's top, and those of the ceiling, of which the walks start below the beam.
-        let cells_of = |name: &str| {
+        let elements_of = |name: &str| {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface");
-            stage.elements.cells_of_surface(&scene, surface as u32)
+            stage.elements.of_surface(&scene, surface as u32)
         };
         let mut stream = Stream::new(context.seed, Purpose::Walks, 0, 0);
-        let is_below = |cell: u32, walk: u64, stream: &mut Stream| {
-            stream.seek((u64::from(cell) << 32) | walk);
-            let element = Element::of(&stage, &scene, &stage.elements, cell);
+        let is_below = |index: u32, walk: u64, stream: &mut Stream| {
+            stream.seek((u64::from(index) << 32) | walk);
+            let element = Element::of(&stage, &scene, &stage.elements, index);
             let at_m = element.point_m(&stage, element.draw(&stage, stream));
             (1.01..1.17).contains(&at_m.x) && (1.03..2.51).contains(&at_m.y)
         };
         let mut found_lx = |name: &str, share: &dyn Fn(u32) -> f64| {
             let (mut sum_lx, mut starts) = (0.0, 0);
-            for (cell, walk) in cells_of(name).flat_map(|cell| (0..WALKS).map(move |walk| (cell, walk))) {
-                if is_below(cell, walk, &mut stream) {
+            for (element, walk) in elements_of(name).flat_map(|element| (0..WALKS).map(move |walk| (element, walk))) {
+                if is_below(element, walk, &mut stream) {
                     starts += 1;
-                    sum_lx += walk_from_cell(&context, (cell, share(cell)), walk, &mut Cut::default(), &mut stream).0;
+                    sum_lx +=
+                        walk_from_element(&context, (element, share(element)), walk, &mut Cut::default(), &mut stream)
+                            .0;
                 }
             }
             assert!(starts > 1000, "{starts}");
             sum_lx
         };
         for name in ["beam/ceiling", "room/ceiling"] {
-            let known_lx = found_lx(name, &|cell| exposed[cell as usize].min(0.5));
+            let known_lx = found_lx(name, &|element| exposed[element as usize].min(0.5));
             let faulty_lx = found_lx(name, &|_| 1.0);
             assert!(known_lx == 0.0 && faulty_lx > 0.0, "{name}: {known_lx} {faulty_lx}");
         }

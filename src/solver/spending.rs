@@ -12,7 +12,7 @@ pub enum Activity {
     Pilots,
     /// Direct light of the maps' own entries.
     Direct,
-    /// Gathering rays, which ask cells.
+    /// Gathering rays, which look cells up.
     Gathering,
     /// Rays that fill cells.
     Cells,

@@ -8,7 +8,8 @@ use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
 use super::job::{Context, Job};
 use super::pilot::is_over;
 use crate::maps::{
-    AverageLeft, CellSlopes, HALF, Places, TableKind, TableRow, TableSubject, grid_slopes, left_of_averages, table_row,
+    CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
+    remaining_in_averages, table_row,
 };
 use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
@@ -37,7 +38,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     // Elements that adapt are told without what is covered; the others are means over it too.
     let exposed = if job.adapting.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
     let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
-    let left_lx = averages_left_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
+    let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
     let row = |(of, average_left_lx): (SurfaceSide, Option<f64>)| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
@@ -68,17 +69,17 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
             row.estimated_error = job.error_of_elements(&of.entries);
             let (scene, elements) = (context.scene, &job.elements);
             let whole_m2 =
-                of.entries.iter().map(|entry| elements.area_m2(scene, elements.cell(*entry as u32))).sum::<f64>();
+                of.entries.iter().map(|entry| elements.area_m2(scene, elements.element(*entry as u32))).sum::<f64>();
             row.covered_area_m2 = (whole_m2 - row.area_m2).max(0.0);
         }
         row
     };
-    sides.into_par_iter().with_max_len(1).zip(left_lx).map(row).collect()
+    sides.into_par_iter().with_max_len(1).zip(remaining_lx).map(row).collect()
 }
 
 /// What is left of the cells' error in the average of each of several rows, in lx, as walks have measured it: of the elements that gathered
 /// for it, or of its own entries.
-fn averages_left_lx<'a>(
+fn remaining_in_averages_lx<'a>(
     job: &Job,
     rows: impl ExactSizeIterator<Item = &'a [usize]>,
     exposed: impl Fn(usize) -> f64,
@@ -89,15 +90,15 @@ fn averages_left_lx<'a>(
     let of_row = |entries: &[usize]| match &job.adapting.broad {
         Some(broad) => {
             let sites: BTreeSet<usize> = entries.iter().map(|entry| broad.pieces[*entry].above as usize).collect();
-            AverageLeft::of(residuals, error, sites.into_iter().map(|site| (site, broad.weights[site])))
+            RemainingInAverage::of(residuals, error, sites.into_iter().map(|site| (site, broad.weights[site])))
         }
         None => {
             let weight = |entry: &usize| (*entry, job.weights[*entry] * exposed(*entry));
-            AverageLeft::of(residuals, error, entries.iter().map(weight))
+            RemainingInAverage::of(residuals, error, entries.iter().map(weight))
         }
     };
-    let averages: Vec<AverageLeft> = rows.map(of_row).collect();
-    left_of_averages(&averages).into_iter().map(Some).collect()
+    let averages: Vec<RemainingInAverage> = rows.map(of_row).collect();
+    remaining_in_averages(&averages).into_iter().map(Some).collect()
 }
 
 /// All sides with their elements, and with the grid of their uniformities where elements are fine enough for it.
@@ -106,9 +107,9 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     let mut sides = Vec::new();
     for surface in 0..scene.surfaces.len() as SurfaceId {
         for side in [Side::Front, Side::Back] {
-            let cells = elements.cells_of_surface(scene, surface);
+            let range = elements.of_surface(scene, surface);
             let entries: Vec<usize> =
-                cells.filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+                range.filter(|index| elements.element(*index).side == side).map(|index| index as usize).collect();
             if entries.is_empty() {
                 continue;
             }
@@ -202,7 +203,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         covered_area_m2: 0.0,
         places: Places::Entries,
         rare_scores: job.map.rare_scores(),
-        average_left_lx: averages_left_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
+        average_left_lx: remaining_in_averages_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
     };
     table_row(&job.map, &subject)
 }

@@ -66,7 +66,7 @@ pub fn direct_over_elements(
         let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Elements.number(), replica as u32);
         for index in range.clone() {
             let element = Element::of(context.stage, context.scene, elements, index as u32);
-            let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
+            let area_m2 = elements.area_m2(context.scene, elements.element(index as u32));
             let mut entry = scores.of_entry(area_m2, levels.of(index));
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);

@@ -130,17 +130,17 @@ fn rounded(along_m: f64) -> f64 {
 }
 
 fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<ComparedEntry>, String> {
-    let cells = Elements::of(scene);
+    let elements = Elements::of(scene);
     let mut entries = Vec::new();
-    for index in 0..cells.len() {
-        let cell = cells.cell(index as u32);
-        let surface = scene.surface_of(cell.triangle);
+    for index in 0..elements.len() {
+        let element = elements.element(index as u32);
+        let surface = scene.surface_of(element.triangle);
         if !comparison.takes_in(&surface.name, &surface.geometry) {
             continue;
         }
-        let site = TruthSite::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
+        let site = TruthSite::Element { corners_m: elements.corners_m(scene, element), surface: &surface.name, index };
         let entry = entry_of(truth, comparison, &site, format!("{} {index}", surface.name))?;
-        entries.push(ComparedEntry { index, weight: cells.area_m2(scene, cell), ..entry });
+        entries.push(ComparedEntry { index, weight: elements.area_m2(scene, element), ..entry });
     }
     Ok(entries)
 }

@@ -214,13 +214,13 @@ fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), S
 /// Mean over all surfaces of a black scene: its elements' errors are of direct light, each sampled for itself.
 fn black_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
     let map = map_named(solution, "elements")?;
-    let cells = Elements::of(scene);
+    let elements = Elements::of(scene);
     let (mut flux_lm, mut square, mut area_m2) = (0.0, 0.0, 0.0);
-    for index in 0..cells.len() {
-        let cell_m2 = cells.area_m2(scene, cells.cell(index as u32));
-        flux_lm += cell_m2 * map.values.illuminance_lx[index];
-        square += (cell_m2 * map.values.standard_error_lx[index]).powi(2);
-        area_m2 += cell_m2;
+    for index in 0..elements.len() {
+        let own_m2 = elements.area_m2(scene, elements.element(index as u32));
+        flux_lm += own_m2 * map.values.illuminance_lx[index];
+        square += (own_m2 * map.values.standard_error_lx[index]).powi(2);
+        area_m2 += own_m2;
     }
     Ok((flux_lm / area_m2, square.sqrt() / area_m2))
 }
@@ -233,12 +233,12 @@ fn direct_average(scene: &Scene, comparison: &Comparison, map: &MapResult) -> f6
     };
     match map.kind {
         MapKind::Elements => {
-            let cells = Elements::of(scene);
-            for index in 0..cells.len() {
-                let cell = cells.cell(index as u32);
-                let surface = scene.surface_of(cell.triangle);
+            let elements = Elements::of(scene);
+            for index in 0..elements.len() {
+                let element = elements.element(index as u32);
+                let surface = scene.surface_of(element.triangle);
                 if comparison.takes_in(&surface.name, &surface.geometry) {
-                    add(cells.area_m2(scene, cell), map.values.direct_lx[index]);
+                    add(elements.area_m2(scene, element), map.values.direct_lx[index]);
                 }
             }
         }

@@ -135,10 +135,10 @@ fn counted_packets_of_a_sky_are_those_that_enter() {
         let elements = luxmc::scene::Elements::of(&scene);
         let (mut lm, mut m2) = (0.0, 0.0);
         for (entry, lx) in map.values.illuminance_lx.iter().enumerate() {
-            let cell = elements.cell(entry as u32);
-            let name = &scene.surface_of(cell.triangle).name;
+            let element = elements.element(entry as u32);
+            let name = &scene.surface_of(element.triangle).name;
             if name != "rooflight" && name != "mirror" {
-                let area_m2 = elements.area_m2(&scene, cell);
+                let area_m2 = elements.area_m2(&scene, element);
                 lm += lx * area_m2;
                 m2 += area_m2;
             }

@@ -76,9 +76,9 @@ fn surface_lm(value: &Value, solution: &Solution, name: &str) -> f64 {
     let scene = read(value);
     let elements = Elements::of(&scene);
     let entries = map(solution, "elements").values.illuminance_lx.iter().enumerate();
-    let cells = entries.map(|(entry, lx)| (elements.cell(entry as u32), lx));
-    let own = cells.filter(|(cell, _)| scene.surface_of(cell.triangle).name == name);
-    own.map(|(cell, lx)| lx * elements.area_m2(&scene, cell)).sum()
+    let of_elements = entries.map(|(entry, lx)| (elements.element(entry as u32), lx));
+    let own = of_elements.filter(|(element, _)| scene.surface_of(element.triangle).name == name);
+    own.map(|(element, lx)| lx * elements.area_m2(&scene, element)).sum()
 }
 
 /// An open plane receives by the cosine law, flat and upright, at every height of the sun; on the horizon an upright one has half of the

@@ -32,10 +32,10 @@ fn true_error(scene: &Scene, solution: &Solution, exact_lx: &dyn Fn(DVec3, DVec3
     let (elements, map) = (&solution.elements, &solution.maps[0]);
     let (mut squares, mut sum, mut area_sum_m2) = (0.0, 0.0, 0.0);
     for index in 0..elements.len() {
-        let cell = elements.cell(index as u32);
-        let [a, b, c] = elements.corners_m(scene, cell);
-        let normal = scene.triangle_normal(cell.triangle);
-        let area_m2 = elements.area_m2(scene, cell) / f64::from(PIECES * PIECES);
+        let element = elements.element(index as u32);
+        let [a, b, c] = elements.corners_m(scene, element);
+        let normal = scene.triangle_normal(element.triangle);
+        let area_m2 = elements.area_m2(scene, element) / f64::from(PIECES * PIECES);
         for piece in 0..PIECES * PIECES {
             let corners = luxmc::scene::elements::part_corners(PIECES, piece);
             let [u, v] = [0, 1].map(|k| (corners[0][k] + corners[1][k] + corners[2][k]) / 3.0);
@@ -161,7 +161,8 @@ fn the_edge_of_a_shadow_is_found_and_its_error_told() {
         true_squares += error.powi(2);
         stated_squares += stated.powi(2);
         random_squares += run.maps[0].error.random.powi(2);
-        let areas = (0..run.elements.len() as u32).map(|cell| run.elements.area_m2(&scene, run.elements.cell(cell)));
+        let areas =
+            (0..run.elements.len() as u32).map(|index| run.elements.area_m2(&scene, run.elements.element(index)));
         let (least, most) = areas.fold((f64::INFINITY, 0.0f64), |(low, high), area| (low.min(area), high.max(area)));
         assert!(most / least > 200.0, "{least} to {most}");
         let uniform = 16.0 / least;
@@ -255,7 +256,7 @@ fn what_stands_on_a_floor_darkens_nothing_beside_it() {
         let values = &solution.maps[0].values;
         let (mut squares, mut lit_m2, mut dark_m2) = (0.0, 0.0, 0.0);
         for (index, lx) in values.illuminance_lx.iter().enumerate() {
-            let area_m2 = solution.elements.area_m2(&scene, solution.elements.cell(index as u32));
+            let area_m2 = solution.elements.area_m2(&scene, solution.elements.element(index as u32));
             if *lx < 1.0 {
                 dark_m2 += area_m2;
                 continue;

@@ -20,7 +20,7 @@ fn weights(scene: &Scene, kind: MapKind) -> Vec<f64> {
     match kind {
         MapKind::Elements => {
             let elements = Elements::of(scene);
-            (0..elements.len() as u32).map(|cell| elements.area_m2(scene, elements.cell(cell))).collect()
+            (0..elements.len() as u32).map(|index| elements.area_m2(scene, elements.element(index))).collect()
         }
         MapKind::Receivers(set) => scene.receivers[set].points.iter().map(|point| point.weight).collect(),
     }
@@ -334,8 +334,8 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     // Walls that an element lies on or near: one on a wall, two along an edge, three in a corner.
     let elements = Elements::of(&scene);
     let walls_near = |element: usize| {
-        let cell = elements.cell(element as u32);
-        let middle = elements.corners_m(&scene, cell).iter().sum::<glam::DVec3>() / 3.0;
+        let side = elements.element(element as u32);
+        let middle = elements.corners_m(&scene, side).iter().sum::<glam::DVec3>() / 3.0;
         let near = |low: f64, high: f64, at: f64| usize::from(at < low + 0.5 || at > high - 0.5);
         near(0.0, 6.0, middle.x) + near(0.0, 4.0, middle.y) + near(0.0, 3.0, middle.z)
     };

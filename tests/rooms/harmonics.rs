@@ -48,9 +48,9 @@ fn mean_of(scene: &Scene, solution: &Solution, name: &str, part: impl Fn(usize) 
     let elements = Elements::of(scene);
     let (mut sum, mut area_m2) = (0.0, 0.0);
     for index in 0..elements.len() {
-        let cell = elements.cell(index as u32);
-        if scene.surface_of(cell.triangle).geometry == name {
-            let own_m2 = elements.area_m2(scene, cell);
+        let element = elements.element(index as u32);
+        if scene.surface_of(element.triangle).geometry == name {
+            let own_m2 = elements.area_m2(scene, element);
             sum += own_m2 * part(index);
             area_m2 += own_m2;
         }

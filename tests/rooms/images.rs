@@ -49,8 +49,8 @@ fn by_walks(scene: &Scene, method: Method, walks: u64) -> (f64, f64) {
 fn by_chains(scene: &Scene, chains: u64) -> (f64, f64) {
     let elements = Elements::of(scene);
     let is_floor = |index: usize| {
-        let cell = elements.cell(index as u32);
-        scene.corners_m(cell.triangle).iter().all(|corner_m| corner_m.z.abs() < 1e-9)
+        let element = elements.element(index as u32);
+        scene.corners_m(element.triangle).iter().all(|corner_m| corner_m.z.abs() < 1e-9)
     };
     over_seeds(|seed| {
         let settings = Settings {

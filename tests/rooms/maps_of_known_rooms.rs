@@ -13,8 +13,8 @@ fn mean_indirect_lx(scene: &Scene, solution: &Solution) -> f64 {
     let elements = Elements::of(scene);
     let map = &solution.maps[0];
     let (mut sum, mut area) = (0.0, 0.0);
-    for (cell, indirect_lx) in map.values.indirect_lx.iter().enumerate() {
-        let area_m2 = elements.area_m2(scene, elements.cell(cell as u32));
+    for (index, indirect_lx) in map.values.indirect_lx.iter().enumerate() {
+        let area_m2 = elements.area_m2(scene, elements.element(index as u32));
         sum += area_m2 * indirect_lx;
         area += area_m2;
     }
@@ -247,7 +247,9 @@ fn runs_that_say_target_met_are_at_or_under_it() {
     .solve()
     .expect("a valid room");
     let exact: Vec<f64> = (0..elements.len() as u32)
-        .map(|cell| truth.triangle_mean(elements.corners_m(&scene, elements.cell(cell))).expect("on a face").total_lx())
+        .map(|index| {
+            truth.triangle_mean(elements.corners_m(&scene, elements.element(index))).expect("on a face").total_lx()
+        })
         .collect();
     let seeds = if slow() { 300 } else { 80 };
     let target_error = 0.02;
@@ -256,8 +258,8 @@ fn runs_that_say_target_met_are_at_or_under_it() {
         let solution = to_target(&scene, seed, MapSelection::Elements, target_error);
         let values = &solution.maps[0].values.illuminance_lx;
         let (mut squares, mut sum, mut area) = (0.0, 0.0, 0.0);
-        for (cell, (value, exact)) in values.iter().zip(&exact).enumerate() {
-            let area_m2 = elements.area_m2(&scene, elements.cell(cell as u32));
+        for (index, (value, exact)) in values.iter().zip(&exact).enumerate() {
+            let area_m2 = elements.area_m2(&scene, elements.element(index as u32));
             squares += area_m2 * (value - exact).powi(2);
             sum += area_m2 * exact;
             area += area_m2;

@@ -26,14 +26,14 @@ ROOMS = ["furnished", "coffers", "shelves", "corridor", "dim-and-bright", "door-
 ROOM_SEED, SEEDS, TARGET = 2, range(4), "3%"
 FACTORS = ("0.7", "1.3")
 NUMBERS = [
-    ("solver/cells.rs", "EDGES_AN_ERROR"),
-    ("solver/job/cells.rs", "WORK_OF_A_GATHERING_RAY"),
-    ("solver/job/cells.rs", "WALKS_OF_AN_ENTRY"),
-    ("solver/job/cells.rs", "DIRECT_SHARE"),
-    ("solver/job/cells.rs", "RAYS_OF_A_FILL"),
-    ("solver/job/cells.rs", "RAYS_OF_A_WALK"),
-    ("solver/job/cells.rs", "MOST_GROWTH"),
-    ("control/cells.rs", "FILLED"),
+    ("solver/gathering.rs", "EDGES_AN_ERROR"),
+    ("solver/job/gathering.rs", "WORK_OF_A_GATHERING_RAY"),
+    ("solver/job/gathering.rs", "WALKS_OF_AN_ENTRY"),
+    ("solver/job/gathering.rs", "DIRECT_SHARE"),
+    ("solver/job/gathering.rs", "RAYS_OF_A_FILL"),
+    ("solver/job/gathering.rs", "RAYS_OF_A_WALK"),
+    ("solver/job/gathering.rs", "MOST_GROWTH"),
+    ("control/gathering.rs", "FILLED"),
     ("control/schedule.rs", "GROWTH_AFTER_REFUSAL"),
     ("solver/pilot.rs", "USUAL_LOOKS"),
     ("solver/pilot.rs", "SHARE_OF_ERROR"),

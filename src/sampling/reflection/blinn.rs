@@ -1,4 +1,4 @@
-//! A diffuse part and Blinn's lobe about the half vector, made reciprocal and free of loss (docs/methods.md, section 9).
+//! A diffuse part and Blinn's lobe about the half vector, made reciprocal and free of loss (docs/methods.md (45)).
 //!
 //! The half vector h bisects both directions. The lobe (n + 1)/(8π) cosⁿθ_h / (cos θ_ih max(cos θ_i, cos θ_o)), θ_h the angle
 //! between h and the normal and θ_ih that between h and either direction, is reciprocal (its denominator is that of Ashikhmin and

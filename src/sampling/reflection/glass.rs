@@ -1,7 +1,7 @@
 //! A thin pane: light is mirrored or passes straight on.
 
 use super::{Reflection, Scattered, Way, mirrored};
-use crate::base::pane::pane_shares;
+use crate::base::pane::glazed_shares;
 use crate::sampling::random::Stream;
 use glam::DVec3;
 
@@ -19,8 +19,7 @@ pub struct Glass {
 impl Glass {
     /// Reflectance and transmittance at an angle of this cosine.
     pub fn shares(&self, cos_in: f64) -> [f64; 2] {
-        pane_shares(self.refractive_index, self.internal_transmittance, cos_in.abs())
-            .map(|share| self.glazed_share * share)
+        glazed_shares(self.glazed_share, self.refractive_index, self.internal_transmittance, cos_in.abs())
     }
 }
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::{Adaptive, Exposure, cell_above, cuts_of, exposed_shares, slope_from_m};
+use super::{Adaptive, Exposure, cuts_of, element_above, exposed_shares, slope_from_m};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::Detail;
@@ -125,7 +125,7 @@ impl Cutting {
     }
 
     fn area_m2(&self, context: &Context, index: usize) -> f64 {
-        self.elements.area_m2(context.scene, self.elements.cell(index as u32))
+        self.elements.area_m2(context.scene, self.elements.element(index as u32))
     }
 
     /// Points of an element that are to be looked at in this round; none where as many, or nearly so, have been.
@@ -172,10 +172,10 @@ impl Cutting {
             self.stop_looking();
             return;
         }
-        let finer = self.elements.cut(|cell| cuts[cell as usize]);
+        let finer = self.elements.cut(|element| cuts[element as usize]);
         let looks_of = |index: u32| {
-            let above = cell_above(&self.elements, &finer, index);
-            let kept = finer.cell(index) == self.elements.cell(above);
+            let above = element_above(&self.elements, &finer, index);
+            let kept = finer.element(index) == self.elements.element(above);
             if kept { self.looks[above as usize] } else { DirectLooks::default() }
         };
         self.looks = (0..finer.len() as u32).map(looks_of).collect();

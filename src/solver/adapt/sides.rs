@@ -56,8 +56,8 @@ impl SideLosses {
 }
 
 fn side_of(context: &Context, elements: &Elements, index: usize) -> (u32, &'static str) {
-    let cell = elements.cell(index as u32);
-    (context.scene.surface_id_of(cell.triangle), cell.side.name())
+    let element = elements.element(index as u32);
+    (context.scene.surface_id_of(element.triangle), element.side.name())
 }
 
 impl SideOfSurface {

@@ -42,7 +42,7 @@ impl Job {
 
     /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
     pub fn balance_flux(&mut self, context: &Context) {
-        if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.gathering.asks.is_none() {
+        if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.gathering.progress.is_none() {
             return;
         }
         let started = Instant::now();

@@ -65,7 +65,7 @@ impl Job {
         self.samples = 0;
         self.give_up_samples();
         if self.engine == Engine::Gather {
-            self.begin_asks(context);
+            self.begin_gathering(context);
         }
         found
     }
@@ -119,7 +119,7 @@ impl Job {
             let now_lx = self.judgement.expected_error * self.judgement.mean_lx;
             self.kept_rays() as f64 * ((now_lx / error_lx).powi(2) - 1.0).max(0.0)
         };
-        self.cell_parts().map_or_else(counted, |parts| parts.growth(error_lx).rays)
+        self.gathering_parts().map_or_else(counted, |parts| parts.growth(error_lx).rays)
     }
 
     /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
@@ -226,7 +226,7 @@ pub type Shows<'a> = (&'a [bool], &'a [f64]);
 pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
     let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
     let weights = element_weights(context, elements, shows);
-    let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.cell(index as u32));
+    let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.element(index as u32));
     // A packet that meets an element that seems covered counts in all of it.
     let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
     let area_m2: Vec<f64> = weights[..elements.len()].iter().enumerate().map(area_m2).collect();
@@ -242,8 +242,8 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
 /// Weights of all entries of a map of elements: areas in m², of elements that adapt those that are exposed, and 0 for slopes
 /// that are not shown.
 pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
-    let cells = 0..elements.len() as u32;
-    let area_m2: Vec<f64> = cells.map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
+    let numbers = 0..elements.len() as u32;
+    let area_m2: Vec<f64> = numbers.map(|index| elements.area_m2(context.scene, elements.element(index))).collect();
     let Some((sloped, exposed)) = shows else {
         return area_m2;
     };

@@ -14,7 +14,7 @@ pub enum Engine {
     Collision,
     /// Walks from receivers.
     Walk,
-    /// Gathering rays that ask cells, and walks that measure what these have wrong.
+    /// Gathering: rays that look cells up, and walks that measure what these have wrong.
     Gather,
     /// Vertices of chains score at all receivers.
     Local(Kernel),

@@ -149,7 +149,7 @@ impl Job {
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
     /// no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
-        match (&self.looks.seen, self.rays_to_ask()) {
+        match (&self.looks.seen, self.rays_left_to_gather()) {
             (_, Some(rays)) => Some(self.left_by_plan(rays)),
             (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
                 Some(self.left_by_look(context, target))
@@ -215,18 +215,18 @@ impl Job {
             _ if error_lx <= 0.0 => return None,
             _ if self.is_to_be_cut() => {
                 let without = self.rays_without_gathering(context, error_lx);
-                // Broad elements are there where cells may be asked.
-                let by_cells =
-                    self.adapting.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_cells(context, target));
-                (without.min(by_cells), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
+                // Broad elements are there where the map may gather.
+                let by_gathering =
+                    self.adapting.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
+                (without.min(by_gathering), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
             (_, Engine::Gather) => {
                 // After a first look it goes over to local estimation where that takes less.
-                let by_cells = self.work_by_cells(context, target);
+                let by_gathering = self.work_by_gathering(context, target);
                 let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
-                let hoped = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
+                let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
                 // Half of the maps walk in the end: in the middle between what is hoped for and that.
                 let beyond_look = (hoped * self.rays_without_gathering(context, error_lx)).sqrt();
                 (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
@@ -297,9 +297,9 @@ impl Job {
     /// direct light or rays double, taken to be the more of them.
     pub fn rays_if_refused(&self, left: f64) -> f64 {
         let all = self.kept_rays() as f64 + left;
-        match &self.gathering.asks {
-            Some(asks) if self.engine == Engine::Gather => {
-                let parts = [self.work.direct_rays, asks.rays[0]];
+        match &self.gathering.progress {
+            Some(gathered) if self.engine == Engine::Gather => {
+                let parts = [self.work.direct_rays, gathered.rays[0]];
                 let share = parts.into_iter().max().unwrap_or(0) as f64 / (self.kept_rays().max(1)) as f64;
                 share.min(1.0) * all
             }

@@ -43,9 +43,9 @@ impl Job {
         [direct, indirect]
     }
 
-    /// Asks the statistical checks about what has been judged; whether all pass. Keeps what they found, and the samples at which one
+    /// Runs the statistical checks on what has been judged; whether all pass. Keeps what they found, and the samples at which one
     /// first refused.
-    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
+    pub fn run_checks(&mut self, target_error: Option<f64>) -> bool {
         let parts = self.score_parts();
         self.looks.checks =
             statistical_checks(&self.looks.history, parts, &self.judgement, self.looks.held_since, target_error);

@@ -46,7 +46,7 @@ impl Job {
 
     /// Holds merged sums against the target, and against the statistical checks.
     pub fn settle_merged(&mut self, target_error: Option<f64>) {
-        let passes = self.passes_checks(target_error);
+        let passes = self.run_checks(target_error);
         let accepted = target_error.is_some_and(|target| accepts(target, &self.judgement));
         self.met = accepted && passes;
         self.looks.refused = accepted && !passes;

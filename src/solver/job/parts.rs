@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::CellGoal;
 use super::connecting::Offered;
 use super::forecast::BeforeCut;
-use crate::control::CellGrowth;
+use super::gathering::GatheringGoal;
+use crate::control::GatheringGrowth;
 use crate::maps::{History, Judgement, StatisticalCheck};
 use crate::solver::adapt::{Adaptive, Cutting, Loss};
 use crate::solver::allotment::Allotment;
 use crate::solver::broad::Broad;
-use crate::solver::cells::CellAsks;
+use crate::solver::gathering::GatheringProgress;
 use crate::solver::guide::Guide;
 use crate::solver::local::LocalPlan;
 use crate::solver::pace::SliceSizes;
@@ -29,7 +29,7 @@ pub struct Looks {
     pub seen: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
     pub scores_seen: f64,
-    /// What the statistical checks found when they were last asked: they are asked again where a run goes on.
+    /// What the statistical checks found when they were last run: they are run again where a run goes on.
     #[serde(skip)]
     pub checks: Vec<StatisticalCheck>,
     /// Samples at which a statistical check first refused the map.
@@ -62,7 +62,7 @@ pub struct Costs {
     pub direct: PartCost,
     /// Of indirect light by chains or walks.
     pub indirect: PartCost,
-    /// The same of walks from where rays start that ask cells.
+    /// The same of walks from where gathering rays start.
     pub walked: PartCost,
 }
 
@@ -123,15 +123,15 @@ impl Default for WalkingState {
     }
 }
 
-/// Of a map that asks cells.
+/// Of a map that gathers.
 #[derive(Default, Serialize, Deserialize)]
 pub struct GatheringState {
-    /// What it has asked.
-    pub asks: Option<CellAsks>,
+    /// What it has gathered so far.
+    pub progress: Option<GatheringProgress>,
     /// How far it is to go before the next look.
-    pub goal: CellGoal,
+    pub goal: GatheringGoal,
     /// What it needs to the target by the latest look, and the rays at that.
-    pub growth: Option<(CellGrowth, u64)>,
+    pub growth: Option<(GatheringGrowth, u64)>,
     /// Least and most rays, about, that the plan would take if the look were off.
     pub bounds: Option<[f64; 2]>,
 }

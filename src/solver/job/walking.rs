@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Context, Engine, Job, Method, Tally, after_sweep, slice_of_sweep};
 use crate::maps::{MapKind, half_squares};
-use crate::solver::cells::regions_of;
+use crate::solver::gathering::regions_of;
 use crate::solver::guide::Guide;
 use crate::solver::pilot::{DirectShare, PartCost};
 use crate::solver::sweep::{self, PointWalks};

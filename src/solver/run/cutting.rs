@@ -15,8 +15,8 @@ impl Run<'_> {
         };
         let (gathers, error) = (self.may_gather(), self.error_to_plan_for());
         let job = &mut self.jobs[index];
-        if gathers && job.can_ask_cells(self.context) && job.mean_without_gathering_lx() > 0.0 {
-            job.prepare_asking(self.context, error);
+        if gathers && job.can_gather(self.context) && job.mean_without_gathering_lx() > 0.0 {
+            job.prepare_gathering(self.context, error);
         }
         loop {
             self.record(false);
@@ -151,7 +151,8 @@ mod tests {
                     steps += 1;
                 }
                 let job = &run.jobs[0];
-                let elements: Vec<_> = (0..job.elements.len() as u32).map(|index| job.elements.cell(index)).collect();
+                let elements: Vec<_> =
+                    (0..job.elements.len() as u32).map(|index| job.elements.element(index)).collect();
                 (steps, (elements, job.weights.clone(), job.work.pilot_rays))
             })
         };

@@ -11,7 +11,7 @@ use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
 use crate::solver::spending::Spending;
 use crate::solver::{Method, Settings};
 
-/// Bytes that a ray leaves behind which asks cells, with what these take.
+/// Bytes that a gathering ray leaves behind, with what cells take.
 const BYTES_OF_A_RAY: f64 = 16.0;
 /// Slices of work by which a map's rays are timed, as short as those of a run that may take so many seconds.
 const SLICES: u32 = 5;
@@ -33,7 +33,7 @@ pub struct Expectation {
     pub rays: Forecast,
     /// Seconds of computing.
     pub compute_s: Forecast,
-    /// Bytes that cells, and what is asked of them, take beside the maps.
+    /// Bytes that cells, and what is gathered through them, take beside the maps.
     pub bytes_of_cells: f64,
 }
 
@@ -83,7 +83,7 @@ pub fn expectations(
             standing: Standing::default(),
             looked_at: [None; 2],
         };
-        run.start_asking();
+        run.start_gathering();
         run.clock.pilots_end(run.all_rays(), observer.wall_s());
         run.time_some_slices();
         expected.extend(run.expectation(method, target));

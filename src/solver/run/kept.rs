@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::cells::CellSets;
+use super::super::gathering::CellSets;
 use super::super::job::Job;
 use super::super::spending::Spending;
 use super::super::{ConvergenceRow, Settings, Solution, StopReason};
@@ -159,7 +159,7 @@ impl Run<'_> {
         for job in &mut self.jobs {
             job.take_numbering(&stage.elements);
             if job.met {
-                job.passes_checks(self.target_error);
+                job.run_checks(self.target_error);
             }
         }
         if kept.target_error != self.target_error {

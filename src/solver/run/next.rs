@@ -38,7 +38,7 @@ impl Run<'_> {
     fn stand_of(&self, job: &Job) -> Stand {
         let open = !self.is_done(job);
         let share = if open && job.bound { self.share_done(job) } else { 0.0 };
-        let (rays, all_rays, bytes) = (job.work.rays, job.all_rays(), job.bytes_of_asking());
+        let (rays, all_rays, bytes) = (job.work.rays, job.all_rays(), job.bytes_of_gathering());
         Stand { bound: job.bound, open, share, rays, all_rays, bytes }
     }
 

@@ -20,7 +20,7 @@ pub(super) struct Stand {
     /// Its rays, and those with its pilots'.
     pub rays: u64,
     pub all_rays: u64,
-    /// Bytes of what it has asked cells.
+    /// Bytes of what it has gathered.
     pub bytes: usize,
 }
 
@@ -120,7 +120,7 @@ impl Standing {
         self.is_known().then_some(self.all_rays)
     }
 
-    /// Bytes of what all maps have asked cells, where all are known.
+    /// Bytes of what all maps have gathered, where all are known.
     pub fn bytes(&self) -> Option<usize> {
         self.is_known().then_some(self.bytes)
     }

@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::memory::bytes_of_list;
 use crate::caches::{CellGrid, CellLight};
-use crate::estimators::cells::{Question, Term};
+use crate::estimators::gathering::{PendingTerm, Term};
 
 /// What the rays and walks of one replica of a map found.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Records {
-    /// Of every ray, pass by pass: the cell that it asked.
+    /// Of every ray, pass by pass: the cell that it looked up.
     pub terms: Vec<Term>,
     /// Bin of the direction into which it went.
     pub bins: Vec<u8>,
@@ -23,8 +23,8 @@ pub struct Records {
     pub walk_bins: Vec<u8>,
     pub walk_starts: Vec<[f32; 2]>,
     /// Places among the terms of rays, and of walks, whose cells are new.
-    pub new: Vec<(u32, Question)>,
-    pub new_of_walks: Vec<(u32, Question)>,
+    pub new: Vec<(u32, PendingTerm)>,
+    pub new_of_walks: Vec<(u32, PendingTerm)>,
 }
 
 impl Records {
@@ -40,11 +40,11 @@ impl Records {
             + bytes_of_list(&self.walk_starts)
     }
 
-    /// Makes the cells that were asked for the first time.
+    /// Makes the cells that were looked up for the first time.
     pub fn make_cells(&mut self, grid: &mut CellGrid) {
-        self.new.drain(..).for_each(|(place, asks)| self.terms[place as usize] = asks.term(grid.cell(asks.key)));
+        self.new.drain(..).for_each(|(place, term)| self.terms[place as usize] = term.of_cell(grid.cell(term.key)));
         let of_walks = self.new_of_walks.drain(..);
-        of_walks.for_each(|(place, asks)| self.walk_terms[place as usize] = asks.term(grid.cell(asks.key)));
+        of_walks.for_each(|(place, term)| self.walk_terms[place as usize] = term.of_cell(grid.cell(term.key)));
     }
 
     /// What each of the first rays brought, by the light that cells have now, in lx.
@@ -56,12 +56,17 @@ impl Records {
     }
 }
 
-/// Adds the term of a question, or notes that its cell is new.
+/// Looks the cell of a term up and adds the term, or notes that the cell is new.
 #[inline]
-pub fn look_up(grid: &CellGrid, question: Option<Question>, terms: &mut Vec<Term>, new: &mut Vec<(u32, Question)>) {
-    let cell = question.and_then(|question| grid.find(question.key));
-    if let (Some(question), None) = (question, cell) {
-        new.push((terms.len() as u32, question));
+pub fn look_up(
+    grid: &CellGrid,
+    pending: Option<PendingTerm>,
+    terms: &mut Vec<Term>,
+    new: &mut Vec<(u32, PendingTerm)>,
+) {
+    let cell = pending.and_then(|term| grid.find(term.key));
+    if let (Some(term), None) = (pending, cell) {
+        new.push((terms.len() as u32, term));
     }
-    terms.push(question.zip(cell).map_or(Term::NONE, |(question, cell)| question.term(cell)));
+    terms.push(pending.zip(cell).map_or(Term::NONE, |(term, cell)| term.of_cell(cell)));
 }

@@ -1,9 +1,9 @@
-//! Gathering in a run: the cells of both halves, what maps have asked them, and the sums that follow.
+//! Gathering in a run: the cells of both halves, what maps have gathered of them, and the sums that follow.
 //!
 //! Even and odd half have cells of their own, so that they know nothing of each other: their difference holds all chance there is.
-//! Replicas of a half ask the same cells by rays and walks of their own; what their cells have wrong is what walks measure.
+//! Replicas of a half look up the same cells by rays and walks of their own; what their cells have wrong is what walks measure.
 
-mod asker;
+mod gatherer;
 mod records;
 mod regions;
 mod settle;
@@ -11,7 +11,7 @@ mod settle;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use self::asker::Asker;
+pub use self::gatherer::Gatherer;
 use self::records::Records;
 pub use self::regions::regions_of;
 use super::guide::Guide;
@@ -21,7 +21,7 @@ use crate::caches::{CellGrid, CellLight};
 use crate::maps::REPLICAS;
 use crate::sampling::random::{Purpose, Stream};
 
-/// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
+/// Edge of a cell over the length of the ray that looks it up: so many times the error that maps go for, within bounds. What a cell is off
 /// by grows with its edge.
 const EDGES_AN_ERROR: f64 = 25.0;
 /// Rays of a walk up to which that holds. Where walks are longer, light is reflected more often, and with each reflection cells are
@@ -70,14 +70,14 @@ impl CellSets {
 
 /// What a map has gathered.
 #[derive(Serialize, Deserialize)]
-pub struct CellAsks {
+pub struct GatheringProgress {
     records: Vec<Records>,
     /// Whether an entry sends rays.
     sees: Vec<bool>,
     order: Order,
-    /// Rays that fill of either half, and rays that ask of each replica so far: a pass may stand in the middle.
+    /// Rays that fill of either half, and gathering rays of each replica so far: a pass may stand in the middle.
     filled: u64,
-    asked: u64,
+    gathered: u64,
     walks: WalkOrder,
     /// Where light comes from to rays, and where cells are wrong for walks; rays of each replica, and walks, that these know.
     guides: [Guide; 2],
@@ -90,20 +90,20 @@ pub struct CellAsks {
     pub rays: [u64; 3],
 }
 
-impl CellAsks {
+impl GatheringProgress {
     /// Nothing yet of entries that lie in these regions of neighbours, of which some walk at first.
-    pub fn new(asker: &Asker, regions: &[u32], walkers: usize) -> CellAsks {
+    pub fn new(gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
         let sites = regions.len();
         let order = Order::of(sites);
-        let guide = if asker.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
-        CellAsks {
+        let guide = if gatherer.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
+        GatheringProgress {
             guides: [guide.clone(), guide],
             learned: [0; 2],
-            sees: (0..sites).map(|entry| asker.site(entry).is_some()).collect(),
+            sees: (0..sites).map(|entry| gatherer.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
             order,
             filled: 0,
-            asked: 0,
+            gathered: 0,
             walks: WalkOrder::new(order, walkers),
             settled: [0; 3],
             ray_squared_lx2: 0.0,
@@ -112,8 +112,8 @@ impl CellAsks {
     }
 
     /// The same for other elements of the same surfaces: their cells are filled already.
-    pub fn anew(&self, asker: &Asker, regions: &[u32], walkers: usize) -> CellAsks {
-        CellAsks { filled: self.filled, rays: self.rays, ..CellAsks::new(asker, regions, walkers) }
+    pub fn anew(&self, gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
+        GatheringProgress { filled: self.filled, rays: self.rays, ..GatheringProgress::new(gatherer, regions, walkers) }
     }
 
     /// Bytes that what was found takes.
@@ -121,9 +121,9 @@ impl CellAsks {
         self.records.iter().map(Records::bytes).sum()
     }
 
-    /// Complete passes of rays that ask.
+    /// Complete passes of gathering rays.
     pub fn passes(&self) -> u64 {
-        self.asked / self.order.sites().max(1) as u64
+        self.gathered / self.order.sites().max(1) as u64
     }
 
     /// Rays of a half that have filled cells.
@@ -148,12 +148,12 @@ impl CellAsks {
     }
 
     /// Fills cells up to a number of rays of either half, by at most so many; returns how many all rays were.
-    pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
+    pub fn fill(&mut self, gatherer: &Gatherer, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
         let range = self.filled..rays.min(self.filled + most.max(1));
         let (order, guide, most_samples) = (self.order, &self.guides[0], sets.most_samples);
         let halves = sets.halves.par_iter_mut().with_max_len(1).enumerate();
-        let traced =
-            halves.map(|(half, cells)| asker.fill(cells, (half as u32, most_samples), (order, guide), range.clone()));
+        let traced = halves
+            .map(|(half, cells)| gatherer.fill(cells, (half as u32, most_samples), (order, guide), range.clone()));
         let rays = traced.sum();
         self.filled = range.end;
         self.rays[1] += rays;
@@ -161,27 +161,27 @@ impl CellAsks {
     }
 
     /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
-    pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        let range = self.asked..(passes * self.order.sites() as u64).min(self.asked + most.max(1));
+    pub fn gather(&mut self, gatherer: &Gatherer, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
+        let range = self.gathered..(passes * self.order.sites() as u64).min(self.gathered + most.max(1));
         let (order, guide) = (self.order, &self.guides[0]);
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
         let traced = replicas.map(|(replica, records)| {
-            asker.ask(records, (replica as u32, &sets.of(replica).grid), (order, guide), range.clone())
+            gatherer.gather(records, (replica as u32, &sets.of(replica).grid), (order, guide), range.clone())
         });
         let rays = traced.sum();
         self.make_cells(sets);
-        self.asked = range.end;
+        self.gathered = range.end;
         self.rays[0] += rays;
         rays
     }
 
     /// Walks up to so many passes, of every replica at most so many; returns their rays.
-    pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
+    pub fn walk(&mut self, gatherer: &Gatherer, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.walks.next(passes, most);
         let (walks, guide) = (&self.walks, &self.guides[1]);
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
         let traced = replicas.map(|(replica, records)| {
-            asker.walk(records, (replica as u32, &sets.of(replica).grid), (walks, guide), range.clone())
+            gatherer.walk(records, (replica as u32, &sets.of(replica).grid), (walks, guide), range.clone())
         });
         let rays = traced.sum();
         self.make_cells(sets);
@@ -190,7 +190,7 @@ impl CellAsks {
         rays
     }
 
-    /// Makes the cells that the replicas asked for the first time, in their order.
+    /// Makes the cells that the replicas looked up for the first time, in their order.
     fn make_cells(&mut self, sets: &mut CellSets) {
         let (mut even, mut odd) = (Vec::new(), Vec::new());
         for (replica, records) in self.records.iter_mut().enumerate() {

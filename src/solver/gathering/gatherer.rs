@@ -1,4 +1,4 @@
-//! What asks cells, and its rays: those that fill cells, those whose values count, and residual walks.
+//! What gathers, and its rays: those that fill cells, those whose values count, and residual walks.
 
 use std::ops::Range;
 
@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::records::{Records, look_up};
 use crate::caches::{CellGrid, CellLight};
-use crate::estimators::cells::{Asked, Question, fill_cells, gather, look_for_place, residual_walk};
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
+use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, gather, look_for_place, residual_walk};
 use crate::estimators::reception::one_plane;
 use crate::geometry::Origin;
 use crate::maps::MapKind;
@@ -25,7 +25,7 @@ use crate::solver::sweep::stream_index;
 const BLOCK: u64 = 64;
 
 /// What gathers: elements or receivers.
-pub struct Asker<'a> {
+pub struct Gatherer<'a> {
     /// The run.
     pub context: &'a Context<'a>,
     /// Elements or a receiver set.
@@ -42,8 +42,8 @@ pub struct Asker<'a> {
     pub slopes: bool,
 }
 
-impl Asker<'_> {
-    /// Rays that fill the cells of a half, as those go that ask; returns the rays, those of samples too.
+impl Gatherer<'_> {
+    /// Rays that fill the cells of a half, as gathering rays go; returns the rays, those of samples too.
     pub fn fill(
         &self,
         cells: &mut CellLight,
@@ -54,7 +54,7 @@ impl Asker<'_> {
         let stage = self.context.stage;
         let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.number, half), Cut::default());
         let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
-        let found: Vec<(Option<Asked>, u64)> = numbers
+        let found: Vec<(Option<CellPlace>, u64)> = numbers
             .map_init(room, |(stream, cut), number| {
                 let (pass, entry) = order.at(range.start + number as u64);
                 let Some(site) = self.site(entry) else {
@@ -65,19 +65,19 @@ impl Asker<'_> {
                 if start.weight == 0.0 {
                     return (None, start.rays);
                 }
-                let (asked, rays) = look_for_place(stage, &start.receiver(), guide.density_at(entry), cut, stream);
-                (asked, start.rays + rays)
+                let (met, rays) = look_for_place(stage, &start.receiver(), guide.density_at(entry), cut, stream);
+                (met, start.rays + rays)
             })
             .collect();
         let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();
-        let places = found.into_iter().filter_map(|(asked, _)| asked);
+        let places = found.into_iter().filter_map(|(met, _)| met);
         // Samples are numbered through all maps.
         let stream = || Stream::new(self.context.seed, Purpose::Cells, 0, half);
         rays + fill_cells(stage, cells, most_samples, places, stream)
     }
 
     /// Rays of one replica whose values count; returns the rays.
-    pub fn ask(
+    pub fn gather(
         &self,
         records: &mut Records,
         (replica, grid): (u32, &CellGrid),
@@ -88,10 +88,10 @@ impl Asker<'_> {
         let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.number, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        let mut questions: Vec<Option<Question>> = Vec::with_capacity(BLOCK as usize);
+        let mut pending: Vec<Option<PendingTerm>> = Vec::with_capacity(BLOCK as usize);
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut question, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
+                let (mut plain_lx, mut term, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
@@ -100,20 +100,21 @@ impl Asker<'_> {
                         let density = guide.density_at(entry);
                         let found = gather(stage, grid, &start.receiver(), density, &mut cut, &mut stream);
                         plain_lx = start.weight * found.plain_lx;
-                        let weighted = |asks: Question| Question { factor: start.weight as f32 * asks.factor, ..asks };
-                        question = found.question.map(weighted);
+                        let weighted =
+                            |term: PendingTerm| PendingTerm { factor: start.weight as f32 * term.factor, ..term };
+                        term = found.term.map(weighted);
                         (bin, rays) = (found.bin, rays + found.rays);
                     }
                 }
                 if self.slopes {
                     records.starts.push(at.map(|weight| weight as f32));
                 }
-                questions.push(question);
+                pending.push(term);
                 records.bins.push(bin);
                 records.plain_lx.push(plain_lx as f32);
             }
-            let asked = questions.drain(..);
-            asked.for_each(|question| look_up(grid, question, &mut records.terms, &mut records.new));
+            let found = pending.drain(..);
+            found.for_each(|term| look_up(grid, term, &mut records.terms, &mut records.new));
         }
         rays
     }
@@ -130,7 +131,7 @@ impl Asker<'_> {
         let mut stream = Stream::new(self.context.seed, Purpose::Residuals, self.number, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        let mut questions: Vec<Question> = Vec::new();
+        let mut pending: Vec<PendingTerm> = Vec::new();
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
                 let (mut plain_lx, mut bin, mut at) = (0.0, 0, [0.0; 2]);
@@ -139,9 +140,9 @@ impl Asker<'_> {
                     let start = self.start(&site, &mut stream);
                     (at, rays) = (start.at, rays + start.rays);
                     if start.weight > 0.0 {
-                        let ask = |question: Question| questions.push(question);
+                        let note = |term: PendingTerm| pending.push(term);
                         let drawn = (start.weight, guide.density_at(entry));
-                        let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, ask);
+                        let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, note);
                         (plain_lx, bin, rays) = (walked.plain_lx, walked.bin, rays + walked.rays);
                     }
                 }
@@ -149,10 +150,10 @@ impl Asker<'_> {
                     records.walk_starts.push(at.map(|weight| weight as f32));
                 }
                 records.walk_bins.push(bin);
-                records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
+                records.walks.push((plain_lx as f32, (records.walk_terms.len() + pending.len()) as u32));
             }
-            let asked = questions.drain(..).map(Some);
-            asked.for_each(|question| look_up(grid, question, &mut records.walk_terms, &mut records.new_of_walks));
+            let found = pending.drain(..).map(Some);
+            found.for_each(|term| look_up(grid, term, &mut records.walk_terms, &mut records.new_of_walks));
         }
         rays
     }

@@ -1,8 +1,8 @@
-//! Gathering through cells: rays that ask cells, the samples that cells take, and walks that measure what cells have wrong.
+//! Gathering through cells: rays that look cells up, the samples that cells take, and walks that measure what cells have wrong.
 //!
 //! E_indirect = mean_k ρ_k (D(y_k) + I(y_k)): ray k meets place y_k, where a light sample finds the direct light D, and whose indirect
 //! illuminance I a cell tells. Rays of their own fill the cells: they
-//! start where the others do, and what they meet are the places of the samples, so that samples lie where they are asked for. No
+//! start where the others do, and what they meet are the places of the samples, so that samples lie where cells are looked up. No
 //! ray whose value counts fills a cell: what it reads would hang together with what it met, and walks would measure another bias
 //! than its own. All that a ray or a walk found is kept as numbers of cells with their factors, so that it can be summed up once
 //! the light of the cells is solved for.
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_indirect_lx, gather_parts_lx};
+use crate::estimators::walk::{Cache, CacheAnswer, MOST_RAYS_OF_A_WALK, Met, gather_indirect_lx, gather_parts_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
@@ -33,7 +33,7 @@ pub struct Term {
 }
 
 impl Term {
-    /// Nothing was asked.
+    /// No cell was looked up.
     pub const NONE: Term = Term { cell: NO_CELL, factor: 0.0 };
 }
 
@@ -51,57 +51,57 @@ impl DiffusePlace {
     }
 }
 
-/// Notes where a ray met the first diffuse surface, and how it asks the cell there.
-struct Asking {
+/// Notes where a ray met the first diffuse surface, and how it looks the cell up there.
+struct FirstDiffuse {
     /// Whether direct light there is looked for, too.
     looks: bool,
-    found: Option<Asked>,
+    found: Option<CellPlace>,
 }
 
-/// A place that a ray asks about.
+/// A place whose cell a ray looks up.
 #[derive(Clone, Copy)]
-pub struct Asked {
+pub struct CellPlace {
     place: DiffusePlace,
     lookup: Lookup,
     reflectance: f64,
 }
 
-impl Memory for Asking {
+impl Cache for FirstDiffuse {
     #[inline]
-    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+    fn look_up(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
         let Receiver { point_m, normal, origin } = met.receiver;
-        self.found = Some(Asked {
+        self.found = Some(CellPlace {
             place: DiffusePlace { point_m, normal, origin: *origin },
             lookup: Lookup { point_m, normal, direction: met.direction, distance_m: met.hit.distance_m },
             reflectance: met.reflectance,
         });
-        (if self.looks { Recall::End(0.0) } else { Recall::Stop }, 0)
+        (if self.looks { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
     }
 }
 
-/// What a ray or a walk asks, before its cell is looked up.
+/// A [`Term`] whose cell is still to be looked up.
 ///
 /// Look-ups are done many at a time: each waits for memory, and many wait no longer than one.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Question {
+pub struct PendingTerm {
     /// The cell.
     pub key: CellKey,
     /// The factor by which its light counts.
     pub factor: f32,
 }
 
-impl Question {
+impl PendingTerm {
     /// The term, once the cell is known.
     #[inline]
-    pub fn term(&self, cell: u32) -> Term {
+    pub fn of_cell(&self, cell: u32) -> Term {
         Term { cell, factor: self.factor }
     }
 }
 
-impl Asked {
+impl CellPlace {
     #[inline]
-    fn question(&self, grid: &CellGrid, factor: f64) -> Question {
-        Question { key: grid.key(&self.lookup), factor: factor as f32 }
+    fn pending_term(&self, grid: &CellGrid, factor: f64) -> PendingTerm {
+        PendingTerm { key: grid.key(&self.lookup), factor: factor as f32 }
     }
 }
 
@@ -109,8 +109,8 @@ impl Asked {
 pub struct Gathered {
     /// What it found beside the cell's light, in lx.
     pub plain_lx: f64,
-    /// What it asks.
-    pub question: Option<Question>,
+    /// The cell that it looks up.
+    pub term: Option<PendingTerm>,
     /// Bin of its direction: see [`crate::sampling::guide`].
     pub bin: u8,
     /// Rays that it took.
@@ -126,12 +126,12 @@ pub fn gather(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Gathered {
-    let mut asking = Asking { looks: true, found: None };
+    let mut first = FirstDiffuse { looks: true, found: None };
     let (variates, weight) = drawn(density, stream);
-    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut asking, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut first, cut, stream);
     Gathered {
         plain_lx: looked_lx + weight * arriving_lx,
-        question: asking.found.map(|asked| asked.question(grid, weight * asked.reflectance)),
+        term: first.found.map(|met| met.pending_term(grid, weight * met.reflectance)),
         bin: bin_of(variates) as u8,
         rays,
     }
@@ -144,12 +144,12 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
     density.map_or((variates, 1.0), |density| density.warp(variates))
 }
 
-/// Sends a ray from a receiver; returns what it found beside the cell's light in lx, the place that it asks about, if it met one, and
+/// Sends a ray from a receiver; returns what it found beside the cell's light in lx, the place whose cell it looks up, if it met one, and
 /// the rays.
-fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<Asked>, u64) {
-    let mut asking = Asking { looks: true, found: None };
-    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
-    (plain_lx, asking.found, rays)
+fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
+    let mut first = FirstDiffuse { looks: true, found: None };
+    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut first, cut, stream);
+    (plain_lx, first.found, rays)
 }
 
 /// The place that a ray from a receiver meets, if it meets one, and the rays; no light is looked for there. Its direction is drawn by
@@ -160,7 +160,7 @@ pub fn look_for_place(
     density: Option<&Density>,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (Option<Asked>, u64) {
+) -> (Option<CellPlace>, u64) {
     let (variates, _) = drawn(density, stream);
     look_along(stage, receiver, variates, cut, stream)
 }
@@ -172,10 +172,10 @@ fn look_along(
     variates: [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (Option<Asked>, u64) {
-    let mut asking = Asking { looks: false, found: None };
-    let (_, rays) = gather_parts_lx(stage, receiver, variates, &mut asking, cut, stream);
-    (asking.found, rays)
+) -> (Option<CellPlace>, u64) {
+    let mut first = FirstDiffuse { looks: false, found: None };
+    let (_, rays) = gather_parts_lx(stage, receiver, variates, &mut first, cut, stream);
+    (first.found, rays)
 }
 
 /// A sample that a cell is to take at a place in it.
@@ -189,13 +189,13 @@ struct Booked {
 /// What a sample found.
 struct Taken {
     plain_lx: f32,
-    next: Option<Asked>,
-    /// Whether the cell that it asked may take a further sample there.
+    next: Option<CellPlace>,
+    /// Whether the cell that it looked up may take a further sample there.
     goes_on: bool,
     rays: u64,
 }
 
-/// Lets the cells at some places take samples there if they want more, and goes on to the cells that these ask, as long as they
+/// Lets the cells at some places take samples there if they want more, and goes on to the cells that these look up, as long as they
 /// want samples; returns the rays.
 ///
 /// Wave after wave: samples of a wave are taken side by side, cells are booked in order. `stream` makes one for samples.
@@ -203,15 +203,15 @@ pub fn fill_cells(
     stage: &Stage,
     cells: &mut CellLight,
     most_samples: u16,
-    places: impl Iterator<Item = Asked>,
+    places: impl Iterator<Item = CellPlace>,
     stream: impl Fn() -> Stream + Sync,
 ) -> u64 {
     let mut wave: Vec<Booked> = Vec::new();
     let book = |cells: &mut CellLight, cell: u32, place: DiffusePlace| Booked { cell, number: cells.book(cell), place };
-    for asked in places {
-        let cell = cells.grid.ask(&asked.lookup);
+    for met in places {
+        let cell = cells.grid.look_up(&met.lookup);
         if cells.count(cell) < most_samples {
-            wave.push(book(cells, cell, asked.place));
+            wave.push(book(cells, cell, met.place));
         }
     }
     let mut rays = 0;
@@ -231,16 +231,16 @@ pub fn fill_cells(
         for (Booked { cell, .. }, Taken { plain_lx, next, goes_on, rays: more_rays }) in wave.iter().zip(taken) {
             rays += more_rays;
             let cell = *cell;
-            let Some(asked) = next else {
+            let Some(met) = next else {
                 cells.add(CellSample { cell, plain_lx, reflectance: 0.0, next: NO_CELL });
                 continue;
             };
-            let next = cells.grid.ask(&asked.lookup);
-            cells.add(CellSample { cell, plain_lx, reflectance: asked.reflectance as f32, next });
+            let next = cells.grid.look_up(&met.lookup);
+            cells.add(CellSample { cell, plain_lx, reflectance: met.reflectance as f32, next });
             // A cell without any sample needs one; further ones are worth the less, the less light goes on.
             let count = cells.count(next);
             if count == 0 || (count < most_samples && goes_on) {
-                next_wave.push(book(cells, next, asked.place));
+                next_wave.push(book(cells, next, met.place));
             }
         }
         wave = next_wave;
@@ -251,7 +251,7 @@ pub fn fill_cells(
 /// Takes a sample at a place: a ray on, and a light sample where that arrives.
 fn take(stage: &Stage, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
     let (plain_lx, next, rays) = send(stage, &place.receiver(), cut, stream);
-    let goes_on = next.is_some_and(|asked| stream.happens(asked.reflectance));
+    let goes_on = next.is_some_and(|met| stream.happens(met.reflectance));
     Taken { plain_lx: plain_lx as f32, next, goes_on, rays }
 }
 
@@ -270,7 +270,7 @@ pub struct Walked {
 ///
 /// Each place y of the walk, in cell c, scores δ = P + ρ I_z − I_c by a ray to the next place z, P what that finds by itself, direct
 /// light at z among it; and the walk goes on there with probability ρ. Its first direction is drawn by a density, if there is one.
-/// Questions are shown one by one.
+/// Terms are noted one by one.
 pub fn residual_walk(
     stage: &Stage,
     grid: &CellGrid,
@@ -278,7 +278,7 @@ pub fn residual_walk(
     (weight, density): (f64, Option<&Density>),
     cut: &mut Cut,
     stream: &mut Stream,
-    mut ask: impl FnMut(Question),
+    mut note: impl FnMut(PendingTerm),
 ) -> Walked {
     let (variates, weight_of_first) = drawn(density, stream);
     let bin = bin_of(variates) as u8;
@@ -291,14 +291,14 @@ pub fn residual_walk(
     let mut surfaces = 0;
     while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
         surfaces += 1;
-        ask(here.question(grid, -weight));
+        note(here.pending_term(grid, -weight));
         let (beside_lx, met, more_rays) = send(stage, &here.place.receiver(), cut, stream);
         plain_lx += weight * beside_lx;
         rays += more_rays;
         let Some(next) = met else {
             return Walked { plain_lx, bin, rays };
         };
-        ask(next.question(grid, weight * next.reflectance));
+        note(next.pending_term(grid, weight * next.reflectance));
         if !stream.happens(next.reflectance) {
             return Walked { plain_lx, bin, rays };
         }

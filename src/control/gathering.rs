@@ -1,4 +1,4 @@
-//! What a map that asks cells needs next: rays, fuller cells, walks or passes over direct light.
+//! What a map that gathers needs next: rays, fuller cells, walks or passes over direct light.
 //!
 //! Four variances and four costs are measured at every look. The next step is the growth of the four that is predicted to reach
 //! the target with the fewest rays.
@@ -14,9 +14,9 @@ const WALKS: usize = 3;
 /// Kinds whose variances fall with their work and act on nothing else: direct light and rays.
 const PLAIN: usize = 2;
 
-/// What a look at a map that asks cells has shown.
+/// What a look at a map that gathers has shown.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct CellParts {
+pub struct GatheringParts {
     /// Squared errors in lx² of the mean over all replicas: of direct light, of rays, and of what walks took off.
     pub squared_lx2: [f64; 3],
     /// Rays so far of each kind of work.
@@ -29,7 +29,7 @@ pub struct CellParts {
 
 /// Factors by which each kind of work is to grow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CellGrowth {
+pub struct GatheringGrowth {
     /// Of each kind: 1 or more.
     pub factors: [f64; KINDS],
     /// Whether all entries are to walk, so many times as often as some do.
@@ -47,26 +47,26 @@ const FILL_STEPS: i32 = 24;
 /// Share of the squared target that the prediction may fill: it is a prediction.
 const FILLED: f64 = 0.95;
 
-impl CellParts {
+impl GatheringParts {
     /// The cheapest growth to a target in lx.
     ///
     /// Walks and filling act on what is left of the cells' error, so that growths of theirs are tried. The rest is a sum of variances
     /// vᵢ that fall as 1/fᵢ at cost cᵢ fᵢ: it is cheapest where every f is max(1, μ √(v/c)), with one μ for all.
-    pub fn growth(&self, target_lx: f64) -> CellGrowth {
+    pub fn growth(&self, target_lx: f64) -> GatheringGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
         let most = STEP.powi(STEPS - 1);
         let silent = self.residuals.silent_share;
         let believed = self.residuals.believed();
         let mut best =
-            CellGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
+            GatheringGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
         let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
         // Where some entries walk, all may, each as often as those did or more.
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
             let residuals = if all_walk { believed.over_all() } else { believed };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
             for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
-                let left = residuals.left_lx2(walks, fills);
+                let left = residuals.remaining_lx2(walks, fills);
                 let of_chance_lx2 = (goal_lx2 - left.common) / (margin * margin);
                 let may_have_lx2 = of_chance_lx2 - left.chance - self.squared_lx2[PLAIN] / walks;
                 if may_have_lx2 <= 0.0 {
@@ -80,7 +80,7 @@ impl CellParts {
                 };
                 let more_rays = (0..KINDS).map(more).sum();
                 if more_rays < best.rays {
-                    best = CellGrowth { factors, all_walk, rays: more_rays, reaches: true };
+                    best = GatheringGrowth { factors, all_walk, rays: more_rays, reaches: true };
                 }
             }
         }
@@ -114,11 +114,11 @@ mod tests {
 
     #[test]
     fn what_leads_grows_and_what_is_right_stays() {
-        let parts = CellParts {
+        let parts = GatheringParts {
             squared_lx2: [0.01, 4.0, 0.01],
             rays: [1e5; KINDS],
             degrees_of_freedom: 1000.0,
-            ..CellParts::default()
+            ..GatheringParts::default()
         };
         let growth = parts.growth(1.0);
         assert!(growth.reaches && growth.factors[1] > 3.0, "{growth:?}");
@@ -128,7 +128,8 @@ mod tests {
     #[test]
     fn ignorance_of_the_bias_asks_for_walks_and_chance_of_cells_for_samples() {
         let growth = |residuals: ResidualState| {
-            let parts = CellParts { squared_lx2: [0.01; 3], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
+            let parts =
+                GatheringParts { squared_lx2: [0.01; 3], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
             parts.growth(1.0)
         };
         let ignorant = ResidualState { standard_error: [0.0, 4.0], variance: [0.0, 1.0], ..ResidualState::default() };

@@ -1,15 +1,15 @@
-//! A job whose rays ask cells: how it begins, goes forward, is summed up, and what it needs next.
+//! A job that gathers: how it begins, goes forward, is summed up, and what it needs next.
 
 use serde::{Deserialize, Serialize};
 
 use super::elements::{element_weights, numbers_per_site};
 use super::{Context, Engine, Job, Method, element_map};
-use crate::control::{CellGrowth, CellParts, KINDS};
+use crate::control::{GatheringGrowth, GatheringParts, KINDS};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
 use crate::solver::broad::Broad;
-use crate::solver::cells::{Asker, CellAsks, CellSets, regions_of};
+use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress, regions_of};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 use crate::solver::spending::Activity;
 
@@ -30,7 +30,7 @@ const LEAST_WALKERS: f64 = 16.0;
 /// ray. Measured in six rooms of the proving ground.
 const WALKS_OF_AN_ENTRY: f64 = 0.4;
 const RAYS_OF_A_RAY: f64 = 1.0;
-/// What a ray of gathering takes beside one of a walk: it asks cells, which are solved for and judged at every look. Measured in eleven
+/// What a ray of gathering takes beside one of a walk: it looks cells up, which are solved for and judged at every look. Measured in eleven
 /// kinds of rooms: 1.2 to 2. With 1.0 to 1.3 `auto` takes as long in the mean (eleven rooms to 1 %), longer in furnished ones.
 const WORK_OF_A_GATHERING_RAY: f64 = 1.6;
 /// Rays, about, that a ray takes which fills cells, and that a walk takes.
@@ -54,56 +54,56 @@ const FEWEST_BROAD: f64 = 128.0;
 /// Share of the squared target that chance is planned for at least, however much elements cannot show.
 const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
-/// How far a map whose rays ask cells is to go before it is judged, in passes over its entries.
+/// How far a map that gathers is to go before it is judged, in passes over its entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CellGoal {
+pub struct GatheringGoal {
     /// Of direct light.
     pub direct: u64,
     /// Rays of a half that fill cells: of these the number, since a part of the entries may do.
     pub fills: u64,
-    /// Of rays that ask cells.
+    /// Of gathering rays.
     pub rays: u64,
     /// Of residual walks.
     pub walks: u64,
 }
 
-/// What asks: the elements or points of a map, or the broader elements that gather for those that adapt.
-fn asker_of<'a>(
+/// What gathers: the elements or points of a map, or the broader elements that gather for those that adapt.
+fn gatherer_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
     (elements, exposed): (&'a Elements, &'a [f64]),
     broad: Option<&'a Broad>,
-) -> Asker<'a> {
-    let given = Asker { context, kind, elements, exposed, as_wholes: true, number: kind.number(), slopes: false };
+) -> Gatherer<'a> {
+    let given = Gatherer { context, kind, elements, exposed, as_wholes: true, number: kind.number(), slopes: false };
     match broad {
         Some(Broad { elements, exposed, shape, .. }) => {
-            Asker { elements, exposed, as_wholes: false, number: shape.stream_number(), slopes: true, ..given }
+            Gatherer { elements, exposed, as_wholes: false, number: shape.stream_number(), slopes: true, ..given }
         }
         None => given,
     }
 }
 
 /// What comes next on the way to a goal.
-fn next_of(asks: &CellAsks, goal: &CellGoal) -> Option<Activity> {
-    if asks.filled() < goal.fills {
+fn next_of(progress: &GatheringProgress, goal: &GatheringGoal) -> Option<Activity> {
+    if progress.filled() < goal.fills {
         Some(Activity::Cells)
-    } else if asks.passes() < goal.rays {
+    } else if progress.passes() < goal.rays {
         Some(Activity::Gathering)
     } else {
-        (!asks.has_walked(goal.walks)).then_some(Activity::ResidualWalks)
+        (!progress.has_walked(goal.walks)).then_some(Activity::ResidualWalks)
     }
 }
 
 impl Job {
     /// Whether cells can tell all light of the map: not of what an eye sees, nor of light that only chains find on elements.
-    pub fn can_ask_cells(&self, context: &Context) -> bool {
+    pub fn can_gather(&self, context: &Context) -> bool {
         let finds_all = self.kind != MapKind::Elements || context.stage.paths_not_found.is_empty();
         let counts = self.weights.iter().any(|weight| *weight > 0.0);
         finds_all && counts && !self.black && !self.is_seen(context)
     }
 
-    /// Makes ready for asking, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
-    pub fn prepare_asking(&mut self, context: &Context, error: f64) {
+    /// Makes ready for gathering, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
+    pub fn prepare_gathering(&mut self, context: &Context, error: f64) {
         // Before elements are cut nothing is known to cover them: so much is enough for a forecast.
         let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
         let adapts_to = match &self.adapting.adaptive {
@@ -147,7 +147,7 @@ impl Job {
     /// A ray has about the chance of a walk; filling cells takes half as many again. Walks must measure the bias to a share of the
     /// squared error: over K entries they know the mean square by √(2K) of what one entry takes. What choosing luminaires takes
     /// beside rays counts as it does for walks.
-    pub fn work_by_cells(&self, context: &Context, error: f64) -> f64 {
+    pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let entries = self.gathered().len() as f64;
         let of_one = self.costs.walked.variance / (error_lx * error_lx);
@@ -166,13 +166,13 @@ impl Job {
     pub fn rays_to_first_look(&self, error: f64) -> f64 {
         let first = self.first_goal(error);
         let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
-        let asked = first.rays as f64 * self.gathered().len() as f64;
+        let gathered = first.rays as f64 * self.gathered().len() as f64;
         let walked = (first.walks * self.first_walkers() as u64) as f64 * self.costs.walked.rays;
-        filled + REPLICAS as f64 * (asked + walked)
+        filled + REPLICAS as f64 * (gathered + walked)
     }
 
-    /// Rays that asking cells still takes by the latest plan; `None` where there is none yet.
-    pub fn rays_to_ask(&self) -> Option<f64> {
+    /// Rays that gathering still takes by the latest plan; `None` where there is none yet.
+    pub fn rays_left_to_gather(&self) -> Option<f64> {
         self.gathering
             .growth
             .as_ref()
@@ -180,16 +180,16 @@ impl Job {
     }
 
     /// The same as work, to be held against that of other ways.
-    pub fn work_to_ask(&self) -> Option<f64> {
-        self.rays_to_ask().map(|rays| WORK_OF_A_GATHERING_RAY * rays)
+    pub fn work_left_to_gather(&self) -> Option<f64> {
+        self.rays_left_to_gather().map(|rays| WORK_OF_A_GATHERING_RAY * rays)
     }
 
     /// What a map does before its first look.
-    fn first_goal(&self, error: f64) -> CellGoal {
+    fn first_goal(&self, error: f64) -> GatheringGoal {
         let entries = self.gathered().len().max(1) as u64;
         let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, MOST_PASSES);
         let fills = (FIRST_FILLS as f64 * entries as f64 * (USUAL_ERROR / error).min(1.0)).ceil() as u64;
-        CellGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
+        GatheringGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
     }
 
     /// Entries that walk before the first look.
@@ -198,8 +198,8 @@ impl Job {
         affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.gathered().len() as f64) as usize
     }
 
-    /// Begins to ask cells, for an error or with as many rays as a number of chains.
-    pub fn start_asking(&mut self, context: &Context, error: f64, chains: Option<u64>) {
+    /// Begins to gather, for an error or with as many rays as a number of chains.
+    pub fn start_gathering(&mut self, context: &Context, error: f64, chains: Option<u64>) {
         let mean_lx = self.mean_without_gathering_lx();
         let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
         let direct = (self.costs.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
@@ -208,15 +208,15 @@ impl Job {
         if let Some(chains) = chains {
             let entries = self.gathered().len().max(1) as u64;
             let rays = chains.div_ceil(REPLICAS as u64 * entries).max(1);
-            goal = CellGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
+            goal = GatheringGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
         }
-        self.gathering.goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
+        self.gathering.goal = GatheringGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
         self.engine = Engine::Gather;
-        self.begin_asks(context);
+        self.begin_gathering(context);
     }
 
     /// Begins anew on the elements that there are now; cells stay.
-    pub fn begin_asks(&mut self, context: &Context) {
+    pub fn begin_gathering(&mut self, context: &Context) {
         self.map.indirect_unit_lx = Unit::Lux;
         if let (Some(broad), Some(adaptive)) = (&self.adapting.broad, &mut self.adapting.adaptive) {
             adaptive.stand_on(broad);
@@ -224,59 +224,61 @@ impl Job {
         }
         self.look_for_cover(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
-        let asker =
-            asker_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
-        let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
+        let gatherer =
+            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
+        let places: Vec<_> = (0..sites).map(|entry| gatherer.middle(entry)).collect();
         let regions = regions_of(&places);
-        self.gathering.asks = Some(match &self.gathering.asks {
-            Some(asks) => asks.anew(&asker, &regions, walkers),
-            None => CellAsks::new(&asker, &regions, walkers),
+        self.gathering.progress = Some(match &self.gathering.progress {
+            Some(progress) => progress.anew(&gatherer, &regions, walkers),
+            None => GatheringProgress::new(&gatherer, &regions, walkers),
         });
         let map = self.adapting.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
     /// A slice on the way to the goal; whether it is there.
-    pub(super) fn ask_cells(&mut self, context: &Context, sets: &mut CellSets) -> bool {
+    pub(super) fn gather_a_slice(&mut self, context: &Context, sets: &mut CellSets) -> bool {
         let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
-        let asker =
-            asker_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
-        let Some(asks) = &mut self.gathering.asks else {
+        let gatherer =
+            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
+        let Some(progress) = &mut self.gathering.progress else {
             return true;
         };
         let most_rays = context.pace.rays_per_slice();
         let per_replica = |rays: f64| (most_rays / (rays * REPLICAS as f64)) as u64;
         let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(entries);
         sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
-        self.work.rays += match next_of(asks, &goal) {
-            Some(Activity::Cells) => asks.fill(&asker, sets, goal.fills, (most_rays / (2.0 * RAYS_OF_A_FILL)) as u64),
-            Some(Activity::Gathering) => asks.ask(&asker, sets, goal.rays, per_replica(1.0)),
-            Some(_) => asks.walk(&asker, sets, goal.walks, per_replica(RAYS_OF_A_WALK)),
+        self.work.rays += match next_of(progress, &goal) {
+            Some(Activity::Cells) => {
+                progress.fill(&gatherer, sets, goal.fills, (most_rays / (2.0 * RAYS_OF_A_FILL)) as u64)
+            }
+            Some(Activity::Gathering) => progress.gather(&gatherer, sets, goal.rays, per_replica(1.0)),
+            Some(_) => progress.walk(&gatherer, sets, goal.walks, per_replica(RAYS_OF_A_WALK)),
             None => 0,
         };
-        next_of(asks, &goal).is_none()
+        next_of(progress, &goal).is_none()
     }
 
-    /// Bytes of what it has asked cells.
-    pub fn bytes_of_asking(&self) -> usize {
-        self.gathering.asks.as_ref().map_or(0, CellAsks::bytes)
+    /// Bytes of what it has gathered.
+    pub fn bytes_of_gathering(&self) -> usize {
+        self.gathering.progress.as_ref().map_or(0, GatheringProgress::bytes)
     }
 
-    /// What the next slice of a map that asks cells is about.
+    /// What the next slice of a map that gathers is about.
     pub(super) fn next_of_gathering(&self) -> Activity {
-        let next = self.gathering.asks.as_ref().and_then(|asks| next_of(asks, &self.gathering.goal));
+        let next = self.gathering.progress.as_ref().and_then(|progress| next_of(progress, &self.gathering.goal));
         next.unwrap_or(Activity::Gathering)
     }
 
     /// Whether walks have passed over those entries at least once that are to walk, so that the map's bias is known.
     pub fn knows_its_bias(&self) -> bool {
-        self.gathering.asks.as_ref().is_none_or(|asks| asks.passes() > 0 && asks.knows_its_bias())
+        self.gathering.progress.as_ref().is_none_or(|progress| progress.passes() > 0 && progress.knows_its_bias())
     }
 
     /// Goes over to walks or counting; direct light stays as far as it is.
-    pub fn stop_asking(&mut self, context: &Context) {
-        (self.gathering.asks, self.gathering.growth, self.adapting.broad) = (None, None, None);
+    pub fn stop_gathering(&mut self, context: &Context) {
+        (self.gathering.progress, self.gathering.growth, self.adapting.broad) = (None, None, None);
         self.map.forget_gathered();
         self.map.forget_indirect_scores();
         if self.kind == MapKind::Elements {
@@ -294,30 +296,30 @@ impl Job {
     }
 
     /// Sums up what cells told, to be judged and read.
-    pub fn settle_cells(&mut self, sets: Option<&mut CellSets>) {
-        let (Some(sets), Some(asks)) = (sets, &mut self.gathering.asks) else {
+    pub fn settle_gathering(&mut self, sets: Option<&mut CellSets>) {
+        let (Some(sets), Some(progress)) = (sets, &mut self.gathering.progress) else {
             return;
         };
         match (&mut self.adapting.broad, &mut self.adapting.adaptive) {
             (Some(broad), Some(adaptive)) => {
-                asks.settle(sets, &mut broad.map, &broad.weights, Some(&mut broad.shape));
+                progress.settle(sets, &mut broad.map, &broad.weights, Some(&mut broad.shape));
                 self.map.take_indirect(&broad.map, &broad.sloped, &broad.pieces);
                 adaptive.detail.take_indirect(&broad.shape.detail, &broad.pieces);
             }
-            _ => asks.settle(sets, &mut self.map, &self.weights, None),
+            _ => progress.settle(sets, &mut self.map, &self.weights, None),
         }
-        self.samples = asks.passes();
+        self.samples = progress.passes();
     }
 
-    /// What the latest look has shown of a map that asks cells.
-    pub(super) fn cell_parts(&self) -> Option<CellParts> {
-        let asks = self.gathering.asks.as_ref()?;
+    /// What the latest look has shown of a map that gathers.
+    pub(super) fn gathering_parts(&self) -> Option<GatheringParts> {
+        let progress = self.gathering.progress.as_ref()?;
         let residuals = self.gathered().residuals.as_ref()?.state();
         let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
-        let rays_lx2 = asks.ray_squared_lx2;
-        let [rays, fills, walks] = asks.rays.map(|rays| rays as f64);
-        Some(CellParts {
+        let rays_lx2 = progress.ray_squared_lx2;
+        let [rays, fills, walks] = progress.rays.map(|rays| rays as f64);
+        Some(GatheringParts {
             squared_lx2: [direct_lx2, rays_lx2, walks_lx2],
             rays: [(self.work.direct_rays as f64).max(1.0), rays, fills, walks],
             residuals,
@@ -327,8 +329,8 @@ impl Job {
 
     /// Plans the way to a target by the latest look, and sets the next goal; without a target all work doubles. A map that a check
     /// refused has too few scores of direct light or of rays: those double whose single scores weigh more.
-    pub fn plan_cells(&mut self, target: Option<f64>) {
-        let Some(parts) = self.cell_parts() else {
+    pub fn plan_gathering(&mut self, target: Option<f64>) {
+        let Some(parts) = self.gathering_parts() else {
             return;
         };
         let growth = match target.filter(|_| !self.looks.refused && self.judgement.mean_lx > 0.0) {
@@ -344,9 +346,11 @@ impl Job {
                 let few = usize::from(of_rays > of_direct);
                 let mut factors = [1.0; KINDS];
                 factors[few] = 2.0;
-                CellGrowth { factors, all_walk: false, rays: parts.rays[few], reaches: true }
+                GatheringGrowth { factors, all_walk: false, rays: parts.rays[few], reaches: true }
             }
-            None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
+            None => {
+                GatheringGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false }
+            }
         };
         self.gathering.growth = Some((growth, self.work.rays));
         let more = |now: u64, factor: f64| {
@@ -354,13 +358,13 @@ impl Job {
             if factor < LEAST_GROWTH { now } else { ((now as f64 * factor).ceil() as u64).max(now + 1) }
         };
         if growth.all_walk
-            && let Some(asks) = &mut self.gathering.asks
+            && let Some(progress) = &mut self.gathering.progress
         {
-            asks.walk_from_all();
+            progress.walk_from_all();
         }
         let now = self.gathering.goal;
         let [direct, rays, fills, walks] = growth.factors;
-        let goal = CellGoal {
+        let goal = GatheringGoal {
             direct: more(now.direct, direct),
             fills: more(now.fills, fills),
             rays: more(now.rays, rays),
@@ -369,7 +373,7 @@ impl Job {
         // Where the prediction was met and the judgement was not, a little more of everything.
         let eighth = |now: u64| now + now.div_ceil(8);
         self.gathering.goal = if goal == now {
-            CellGoal {
+            GatheringGoal {
                 direct: eighth(now.direct),
                 fills: eighth(now.fills),
                 rays: eighth(now.rays),

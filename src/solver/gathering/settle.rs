@@ -2,17 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::{CellAsks, CellSets};
+use super::{CellSets, GatheringProgress};
 use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
 use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
 use crate::solver::broad::Shape;
 use crate::solver::guide::Guide;
 
-impl CellAsks {
+impl GatheringProgress {
     /// Sums up all that complete passes found, by the light that cells have now. What elements show beside their means goes by their
     /// shape.
     pub fn settle(&mut self, sets: &mut CellSets, map: &mut ReplicaMap, weights: &[f64], shape: Option<&mut Shape>) {
-        let numbers = [self.filled, self.asked, self.walks.done];
+        let numbers = [self.filled, self.gathered, self.walks.done];
         let Some(residuals) = map.residuals.as_mut().filter(|_| self.settled != numbers) else {
             return;
         };
@@ -137,7 +137,7 @@ impl CellAsks {
         each.collect()
     }
 
-    /// How sure the cells are that each entry asks, by the rays of two replicas.
+    /// How sure the cells are that each entry looks up, by the rays of two replicas.
     fn unsure_lx2(&self, sets: &CellSets, rays: usize) -> Vec<f64> {
         let mut unsure_lx2 = vec![0.0; self.order.sites()];
         for (replica, records) in self.records.iter().enumerate().take(2) {
@@ -174,7 +174,7 @@ impl ReplicaFindings {
     }
 }
 
-/// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes ask the same cells.
+/// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes look up the same cells.
 /// Squares of the entries beyond the elements, slopes, add to those of their means.
 fn ray_squared_lx2(found: &[ReplicaFindings], weights: &[f64], sites: usize, passes: u64) -> f64 {
     let [first, second] = [passes / 2, passes - passes / 2].map(|count| count as f64);
