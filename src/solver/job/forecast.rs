@@ -30,7 +30,7 @@ const DEVIATION_BY_REFUSAL: f64 = 0.6;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 /// Powers of the work with which errors fall: of walks and connections from quasi-random points, and of what gathers (to a look, where
 /// cells grow with the rays), and their standard deviation among maps.
-const EXPONENT_OF_WALKS: f64 = 0.53;
+const EXPONENT_OF_WALKS: f64 = 0.55;
 const EXPONENT_OF_GATHERING: f64 = 0.44;
 const DEVIATION_OF_EXPONENT: f64 = 0.04;
 /// Standard deviation of the logarithm of an error of connections from quasi-random points about its law.
