@@ -63,7 +63,7 @@ pub(super) struct Weights {
 impl Weights {
     /// The weights from a beacon on.
     #[inline]
-    fn from(&self, place: usize) -> impl Iterator<Item = f64> {
+    fn starting_at(&self, place: usize) -> impl Iterator<Item = f64> {
         let blocks = self.eights.len();
         let (mut block, mut lane) = (place % blocks, place / blocks);
         std::iter::from_fn(move || {
@@ -87,7 +87,7 @@ impl Weights {
                 return Some(lane * self.eights.len() + block);
             }
         }
-        self.from(0).enumerate().filter(|(_, weight)| *weight > 0.0).map(|(place, _)| place).last()
+        self.starting_at(0).enumerate().filter(|(_, weight)| *weight > 0.0).map(|(place, _)| place).last()
     }
 }
 
@@ -222,7 +222,7 @@ impl FewBeacons {
     /// Probability with which [`FewBeacons::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32, weights: &Weights) -> f64 {
         let [first, end] = [0, 1].map(|next| self.firsts[emitter as usize + next] as usize);
-        let weight: f64 = weights.from(first).take(end - first).sum();
+        let weight: f64 = weights.starting_at(first).take(end - first).sum();
         if weights.total > 0.0 { weight / weights.total } else { 0.0 }
     }
 }

@@ -19,8 +19,6 @@ const MOST_DRAWS: u32 = 2000;
 #[derive(Clone, Copy, Debug)]
 pub struct SeenTriangle {
     corners: [DVec3; 3],
-    /// (b − a) × (c − a): twice the area, along the front normal.
-    twice_area: DVec3,
     spherical: [DVec3; 3],
     solid_angle_sr: f64,
     drawing: Drawing,
@@ -45,12 +43,11 @@ struct SphericalTriangle {
     cos_ab: f64,
     /// Unit tangent at the first corner towards the third.
     towards_c: DVec3,
-    /// Products with a point less the first corner: its barycentric coordinates.
-    weighing: [DVec3; 2],
+    plane: TrianglePlane,
 }
 
 impl SphericalTriangle {
-    fn of([a, b, c]: [DVec3; 3], corners: [DVec3; 3], twice_area: DVec3) -> SphericalTriangle {
+    fn of(corners: [DVec3; 3], [a, b, c]: [DVec3; 3]) -> SphericalTriangle {
         let towards_c = tangent(a, c);
         let alpha = tangent(a, b).angle_between(towards_c);
         SphericalTriangle {
@@ -58,7 +55,7 @@ impl SphericalTriangle {
             sin_cos_alpha: alpha.sin_cos(),
             cos_ab: a.dot(b),
             towards_c,
-            weighing: weighing(corners, twice_area),
+            plane: TrianglePlane::of(corners),
         }
     }
 }
@@ -68,9 +65,35 @@ fn tangent(from: DVec3, to: DVec3) -> DVec3 {
     (to - from * from.dot(to)).normalize_or_zero()
 }
 
-/// Vectors whose products with a point less the first corner are its barycentric coordinates.
-fn weighing([a, b, c]: [DVec3; 3], twice_area: DVec3) -> [DVec3; 2] {
-    [(c - a).cross(twice_area), twice_area.cross(b - a)].map(|across| across / twice_area.length_squared())
+/// The plane of a triangle, with where in the triangle its points are.
+#[derive(Clone, Copy, Debug)]
+struct TrianglePlane {
+    first_corner: DVec3,
+    /// (b − a) × (c − a): twice the area, along the front normal.
+    twice_area: DVec3,
+    /// Products with a point less the first corner: its barycentric coordinates.
+    weighing: [DVec3; 2],
+}
+
+impl TrianglePlane {
+    fn of([a, b, c]: [DVec3; 3]) -> TrianglePlane {
+        let twice_area = (b - a).cross(c - a);
+        let across = [(c - a).cross(twice_area), twice_area.cross(b - a)];
+        let weighing = across.map(|across| across / twice_area.length_squared());
+        TrianglePlane { first_corner: a, twice_area, weighing }
+    }
+
+    /// Where a direction from the origin meets the plane, kept inside the triangle.
+    fn barycentric(&self, direction: DVec3) -> Option<[f64; 2]> {
+        let slope = self.twice_area.dot(direction);
+        if slope == 0.0 {
+            return None;
+        }
+        let offset = direction * (self.twice_area.dot(self.first_corner) / slope) - self.first_corner;
+        let [u, v] = self.weighing.map(|weighing| weighing.dot(offset).clamp(0.0, 1.0));
+        let over = (u + v).max(1.0);
+        Some([u / over, v / over])
+    }
 }
 
 impl SeenTriangle {
@@ -84,13 +107,12 @@ impl SeenTriangle {
             .max((c - centroid).length_squared())
             .sqrt();
         let distance = centroid.length();
-        let twice_area = (b - a).cross(c - a);
         let spherical = corners.map(|corner| corner.normalize_or_zero());
         let drawing = match radius < FAR_RADIUS_PER_DISTANCE * distance {
             true => Drawing::Thinned((distance - radius).powi(-3)),
-            false => Drawing::Spherical(SphericalTriangle::of(spherical, corners, twice_area)),
+            false => Drawing::Spherical(SphericalTriangle::of(corners, spherical)),
         };
-        SeenTriangle { corners, twice_area, spherical, solid_angle_sr: triangle_solid_angle_sr(a, b, c).abs(), drawing }
+        SeenTriangle { corners, spherical, solid_angle_sr: triangle_solid_angle_sr(a, b, c).abs(), drawing }
     }
 
     /// Solid angle in sr, 0 to 2π.
@@ -104,7 +126,7 @@ impl SeenTriangle {
             Drawing::Thinned(largest) => largest,
             Drawing::Spherical(spherical) => {
                 let direction = self.draw_spherical(spherical, stream.pair());
-                return Some((direction, self.weighed(direction, &spherical.weighing)?));
+                return Some((direction, spherical.plane.barycentric(direction)?));
             }
         };
         for _ in 0..MOST_DRAWS {
@@ -134,34 +156,23 @@ impl SeenTriangle {
         let z = 1.0 - v * (1.0 - c_moved.dot(b));
         b * z + tangent(b, c_moved) * (1.0 - z * z).max(0.0).sqrt()
     }
-
-    /// Where a direction from the origin meets the triangle's plane, kept inside the triangle.
-    fn barycentric(&self, direction: DVec3) -> Option<[f64; 2]> {
-        self.weighed(direction, &weighing(self.corners, self.twice_area))
-    }
-
-    fn weighed(&self, direction: DVec3, weighing: &[DVec3; 2]) -> Option<[f64; 2]> {
-        let a = self.corners[0];
-        let slope = self.twice_area.dot(direction);
-        if slope == 0.0 {
-            return None;
-        }
-        let offset = direction * (self.twice_area.dot(a) / slope) - a;
-        let [u, v] = weighing.map(|weighing| weighing.dot(offset).clamp(0.0, 1.0));
-        let over = (u + v).max(1.0);
-        Some([u / over, v / over])
-    }
 }
 
 /// What of a triangle stands above a horizon, as seen from the origin: prepared for drawing points of it in proportion to solid angle times
 /// the cosine with the horizon's normal.
 #[derive(Clone, Copy, Debug)]
 pub struct RisenTriangle {
-    whole: SeenTriangle,
-    /// What the horizon leaves of it, as one or two triangles; `None` where it leaves all.
-    cut: Option<[Option<SeenTriangle>; 2]>,
+    above: AboveHorizon,
     normal: DVec3,
     largest_cosine: f64,
+}
+
+/// What the horizon leaves of a triangle.
+#[derive(Clone, Copy, Debug)]
+enum AboveHorizon {
+    Whole(SeenTriangle),
+    /// One or two triangles, in the plane of the whole one.
+    Parts([Option<SeenTriangle>; 2], TrianglePlane),
 }
 
 impl RisenTriangle {
@@ -174,13 +185,14 @@ impl RisenTriangle {
             3 => {
                 let whole = SeenTriangle::new(corners);
                 let largest_cosine = largest_cosine(&whole.spherical, normal);
-                Some(RisenTriangle { whole, cut: None, normal, largest_cosine })
+                Some(RisenTriangle { above: AboveHorizon::Whole(whole), normal, largest_cosine })
             }
             _ => {
-                let cut = cut_at_horizon(corners, heights);
+                let parts = cut_at_horizon(corners, heights);
                 let largest_cosine =
-                    cut.iter().flatten().map(|part| largest_cosine(&part.spherical, normal)).fold(0.0, f64::max);
-                Some(RisenTriangle { whole: SeenTriangle::new(corners), cut: Some(cut), normal, largest_cosine })
+                    parts.iter().flatten().map(|part| largest_cosine(&part.spherical, normal)).fold(0.0, f64::max);
+                let above = AboveHorizon::Parts(parts, TrianglePlane::of(corners));
+                Some(RisenTriangle { above, normal, largest_cosine })
             }
         }
     }
@@ -190,9 +202,9 @@ impl RisenTriangle {
     /// `None` where so little of the triangle stands above the horizon that numbers cannot tell.
     pub fn draw(&self, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
         for _ in 0..MOST_DRAWS {
-            let (direction, barycentric) = match &self.cut {
-                None => self.whole.draw(stream)?,
-                Some(parts) => {
+            let (direction, barycentric) = match &self.above {
+                AboveHorizon::Whole(whole) => whole.draw(stream)?,
+                AboveHorizon::Parts(parts, _) => {
                     let total: f64 = parts.iter().flatten().map(|part| part.solid_angle_sr).sum();
                     let choice = stream.unit() * total;
                     let part = match parts {
@@ -204,8 +216,10 @@ impl RisenTriangle {
                 }
             };
             if stream.unit() * self.largest_cosine < direction.dot(self.normal) {
-                let of_whole = || self.whole.barycentric(direction);
-                return Some((direction, if self.cut.is_none() { barycentric } else { of_whole()? }));
+                return match &self.above {
+                    AboveHorizon::Whole(_) => Some((direction, barycentric)),
+                    AboveHorizon::Parts(_, plane) => Some((direction, plane.barycentric(direction)?)),
+                };
             }
         }
         None

@@ -37,9 +37,9 @@ impl Run<'_> {
 
     fn stand_of(&self, job: &Job) -> Stand {
         let open = !self.is_done(job);
-        let share = if open && job.bound { self.share_done(job) } else { 0.0 };
+        let turn = if open && job.bound { self.turn_of(job) } else { 0.0 };
         let (rays, all_rays, bytes) = (job.work.rays, job.all_rays(), job.bytes_of_gathering());
-        Stand { bound: job.bound, open, share, rays, all_rays, bytes }
+        Stand { bound: job.bound, open, turn, rays, all_rays, bytes }
     }
 
     /// Rays so far of all bound, or of all unbound maps.
@@ -54,14 +54,16 @@ impl Run<'_> {
         self.context.stage.selection_rays() + self.standing.all_rays().unwrap_or_else(sum)
     }
 
-    /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. A first look takes little and tells
-    /// far more than a pilot: maps that have not begun come before all others, and then those before their first look, of which less
-    /// than nothing is done, the more is to be done, the less.
-    fn share_done(&self, job: &Job) -> f64 {
+    /// When a map's turn is, the least first: by the share of its work that is done, as far as that can be forecast, else as if half were.
+    /// A first look takes little and tells far more than a pilot: maps that have not begun come before all others, and then those before
+    /// their first look, the one with the most to do first.
+    fn turn_of(&self, job: &Job) -> f64 {
         let rays = job.work.rays as f64;
+        if job.work.rays == 0 {
+            return f64::NEG_INFINITY;
+        }
         let left = self.left_of(job).map(|left| left.expected).filter(|left| left.is_finite());
         match left {
-            _ if job.work.rays == 0 => f64::NEG_INFINITY,
             left if !job.has_been_judged() => -left.unwrap_or(1.0),
             Some(left) => rays / (rays + left),
             None => 0.5,

@@ -15,8 +15,8 @@ pub(super) struct Stand {
     pub bound: bool,
     /// Whether it still has work.
     pub open: bool,
-    /// Share of its work that is done; asked of bound maps that are open.
-    pub share: f64,
+    /// When its turn is, the least first; asked of bound maps that are open.
+    pub turn: f64,
     /// Its rays, and those with its pilots'.
     pub rays: u64,
     pub all_rays: u64,
@@ -24,20 +24,20 @@ pub(super) struct Stand {
     pub bytes: usize,
 }
 
-/// A share as a key.
+/// A turn as a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct ShareKey(f64);
+struct TurnKey(f64);
 
-impl Eq for ShareKey {}
+impl Eq for TurnKey {}
 
-impl PartialOrd for ShareKey {
-    fn partial_cmp(&self, other: &ShareKey) -> Option<Ordering> {
+impl PartialOrd for TurnKey {
+    fn partial_cmp(&self, other: &TurnKey) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for ShareKey {
-    fn cmp(&self, other: &ShareKey) -> Ordering {
+impl Ord for TurnKey {
+    fn cmp(&self, other: &TurnKey) -> Ordering {
         self.0.total_cmp(&other.0)
     }
 }
@@ -46,7 +46,7 @@ impl Ord for ShareKey {
 #[derive(Debug, Default)]
 pub(super) struct Standing {
     stands: Vec<Stand>,
-    bound: BTreeSet<(ShareKey, u64, usize)>,
+    bound: BTreeSet<(TurnKey, u64, usize)>,
     unbound: BTreeSet<(u64, usize)>,
     /// Sums over the maps that the target does not bind, and over those that it does.
     rays: [u64; 2],
@@ -90,7 +90,7 @@ impl Standing {
 
     /// Counts a map, or no more.
     fn add(&mut self, index: usize, counts: bool) {
-        let Stand { bound, open, share, rays, all_rays, bytes } = self.stands[index];
+        let Stand { bound, open, turn, rays, all_rays, bytes } = self.stands[index];
         let of_kind = &mut self.rays[usize::from(bound)];
         (*of_kind, self.all_rays, self.bytes) = match counts {
             true => (*of_kind + rays, self.all_rays + all_rays, self.bytes + bytes),
@@ -98,14 +98,14 @@ impl Standing {
         };
         match (open, bound, counts) {
             (false, ..) => false,
-            (_, true, true) => self.bound.insert((ShareKey(share), rays, index)),
-            (_, true, false) => self.bound.remove(&(ShareKey(share), rays, index)),
+            (_, true, true) => self.bound.insert((TurnKey(turn), rays, index)),
+            (_, true, false) => self.bound.remove(&(TurnKey(turn), rays, index)),
             (_, false, true) => self.unbound.insert((rays, index)),
             (_, false, false) => self.unbound.remove(&(rays, index)),
         };
     }
 
-    /// Of the bound maps that have work left, the one of whose work the least share is done; and of the others the one with the fewest rays.
+    /// Of the bound maps that have work left, the one whose turn is first; and of the others the one with the fewest rays.
     pub fn next(&self) -> [Option<usize>; 2] {
         [self.bound.first().map(|(_, _, index)| *index), self.unbound.first().map(|(_, index)| *index)]
     }
@@ -163,7 +163,7 @@ mod tests {
             Stand {
                 bound: number(4.0) > 0,
                 open: number(3.0) > 0,
-                share: number(5.0) as f64 / 5.0,
+                turn: number(5.0) as f64 / 5.0,
                 rays,
                 all_rays: rays + more,
                 bytes: more as usize,
@@ -180,7 +180,7 @@ mod tests {
             let open = || stands.iter().enumerate().filter(|(_, stand)| stand.open);
             let bound = open()
                 .filter(|(_, stand)| stand.bound)
-                .min_by(|(_, one), (_, other)| one.share.total_cmp(&other.share).then(one.rays.cmp(&other.rays)));
+                .min_by(|(_, one), (_, other)| one.turn.total_cmp(&other.turn).then(one.rays.cmp(&other.rays)));
             let unbound = open().filter(|(_, stand)| !stand.bound).min_by_key(|(_, stand)| stand.rays);
             assert_eq!(standing.next(), [bound, unbound].map(|one| one.map(|(index, _)| index)));
             let sum = |of: &dyn Fn(&Stand) -> u64| stands.iter().map(of).sum::<u64>();
