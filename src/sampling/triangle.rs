@@ -169,6 +169,7 @@ pub struct RisenTriangle {
 
 /// What the horizon leaves of a triangle.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::large_enum_variant, reason = "walks make it at every look, and allocate nothing")]
 enum AboveHorizon {
     Whole(SeenTriangle),
     /// One or two triangles, in the plane of the whole one.
