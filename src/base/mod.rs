@@ -12,6 +12,7 @@ pub mod perez;
 pub mod polygon;
 pub mod position_index;
 pub mod quadrature;
+pub mod scattered;
 pub mod sky;
 pub mod sky_patches;
 pub mod solar_position;

@@ -4,6 +4,7 @@ mod choice;
 mod mirrors;
 mod near_lights;
 mod patience;
+mod roulette;
 mod selection_by_cell;
 mod selection_by_region;
 mod unlit;
@@ -13,8 +14,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_lights::{LookedBack, NearLights, median_distance_m};
+pub use near_lights::{LookBack, LookedBack, NearLights, median_distance_m};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
+pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
 pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion, TriangleSide};
 
@@ -42,6 +44,8 @@ pub struct Stage {
     selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
     pub near_lights: Option<NearLights>,
+    /// What walks leave to chance.
+    pub roulette: Roulette,
     /// Classes of paths that walks cannot find, in words; chains find all.
     pub paths_not_found: Vec<String>,
     /// How long paths may go on.
@@ -142,6 +146,7 @@ impl Stage {
             selection_by_region: SelectionByRegion::default(),
             selection_by_cell: OnceLock::new(),
             near_lights: None,
+            roulette: Roulette::default(),
             paths_not_found: mirrors::not_found(&left_out),
             patience: Patience::default(),
             triangles,
@@ -179,7 +184,8 @@ impl Stage {
     /// Rays that looking around took, before the run and in it.
     pub fn selection_rays(&self) -> u64 {
         let near_rays = self.near_lights.as_ref().map_or(0, NearLights::rays);
-        self.selection_by_region.rays() + self.selection_by_cell().map_or(0, SelectionByCell::rays) + near_rays
+        let by_cell_rays = self.selection_by_cell().map_or(0, SelectionByCell::rays);
+        self.selection_by_region.rays() + by_cell_rays + near_rays + self.roulette.pilot_rays
     }
 
     /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.

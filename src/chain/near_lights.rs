@@ -52,6 +52,25 @@ pub struct NearLights {
 /// Where a walk looks back from: a place in m and its unit normal.
 pub type LookedBack = (DVec3, DVec3);
 
+/// What looking back found.
+#[derive(Clone, Copy, Debug)]
+pub struct LookBack {
+    /// What the place receives, in lx.
+    pub lx: f64,
+    /// Rays that it took.
+    pub rays: u64,
+    /// Density in 1/m² of walks from the place there where the packet arrived.
+    pub met_per_m2: f64,
+    /// Density in 1/m² of packets there.
+    pub lit_per_m2: f64,
+}
+
+impl LookBack {
+    fn nothing(rays: u64) -> LookBack {
+        LookBack { lx: 0.0, rays, met_per_m2: 0.0, lit_per_m2: 0.0 }
+    }
+}
+
 impl NearLights {
     /// Finds the emitters that light surfaces from near; `None` where that is not worth anything.
     pub fn of(stage: &Stage) -> Option<NearLights> {
@@ -144,7 +163,7 @@ impl NearLights {
             // Met all the same, by rounding: looking back does not see it.
             return 1.0;
         }
-        met_per_m2 / (met_per_m2 + self.lit_per_m2(stage, emitter, place))
+        met_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * self.lit_per_m2(stage, emitter, place))
     }
 
     /// Density in 1/m² of packets of an emitter at a place.
@@ -152,9 +171,13 @@ impl NearLights {
         stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
-    /// One sample, with its share, of what a place receives by way of the diffuse surfaces that near luminaires light, in lx,
-    /// and the rays it took.
-    pub fn look_back_lx(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> (f64, u64) {
+    /// One sample, with its share, of what a place receives by way of the diffuse surfaces that near luminaires light, in lx; it is
+    /// taken by the chance of [`Roulette`].
+    pub fn look_back(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> LookBack {
+        let chance = stage.roulette.look_back_chance;
+        if chance < 1.0 && !stream.happens(chance) {
+            return LookBack::nothing(0);
+        }
         let aim_lm = stream.fine_unit() * self.luminous_flux_lm();
         let number = self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm);
         let emitter = self.emitters[number.min(self.emitters.len() - 1)];
@@ -163,10 +186,10 @@ impl NearLights {
         loop {
             rays += 1;
             let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, emitted.direction) else {
-                return (0.0, rays);
+                return LookBack::nothing(rays);
             };
             if !stage.receives(hit.triangle, hit.side) || stage.is_touched(&origin, &hit) {
-                return (0.0, rays);
+                return LookBack::nothing(rays);
             }
             let normal = stage.normal_at(&hit);
             let law = stage.law(hit.triangle);
@@ -183,12 +206,12 @@ impl NearLights {
                         origin = stage.leave(&hit, scattered.way);
                         continue;
                     }
-                    _ => return (0.0, rays),
+                    _ => return LookBack::nothing(rays),
                 },
-                _ => return (0.0, rays),
+                _ => return LookBack::nothing(rays),
             };
             if leaving <= 0.0 {
-                return (0.0, rays);
+                return LookBack::nothing(rays);
             }
             let place_origin = stage.leave(&hit, way);
             let point_m = stage.tracer.position_m(&place_origin);
@@ -196,11 +219,12 @@ impl NearLights {
             let met_per_m2 = seen_per_m2((point_m, seen), to);
             let lit_per_m2 = self.lit_per_m2(stage, emitter, (point_m, normal));
             if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
-                return (0.0, rays);
+                return LookBack::nothing(rays);
             }
-            let share = lit_per_m2 / (met_per_m2 + lit_per_m2);
+            let share = lit_per_m2 / (met_per_m2 + chance * lit_per_m2);
             let passed = stage.transmittance(to_origin, &place_origin);
-            return (self.luminous_flux_lm() * leaving * met_per_m2 * share * passed, rays + 1);
+            let lx = self.luminous_flux_lm() * leaving * met_per_m2 * share * passed;
+            return LookBack { lx, rays: rays + 1, met_per_m2, lit_per_m2 };
         }
     }
 }

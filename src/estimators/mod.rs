@@ -1,5 +1,6 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
+pub mod cache;
 pub mod coefficients;
 pub mod control_variate;
 pub mod cover;
@@ -12,6 +13,7 @@ pub mod images;
 pub mod local;
 pub mod luminance;
 pub mod reception;
+pub mod roulette;
 pub mod sight;
 pub mod small_body;
 pub mod sunlight;

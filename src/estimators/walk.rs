@@ -2,8 +2,8 @@
 //! finite variance.
 //!
 //! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω: a direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to
-//! score: so docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on
-//! with probability ρ.
+//! score: so docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on,
+//! its weight times ρ, and by roulette where that has become small: see [`crate::chain::Roulette`].
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
 //!
 //! At every vertex that scatters, one look finds the luminaires in sight, and another those in flat mirrors. What looks cannot
@@ -16,6 +16,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{Receiver, SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
@@ -41,35 +42,6 @@ struct LobeRay {
     spot: TriangleSide,
     point_m: DVec3,
     normal: DVec3,
-}
-
-/// What the cache answers where a walk meets a diffuse surface, and what the walk does then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CacheAnswer {
-    /// Nothing is known: the walk goes on by itself.
-    Nothing,
-    /// The walk ends: this indirect illuminance in lx stands for the rest of it.
-    End(f64),
-    /// The walk ends without a look: who asked wants the place alone.
-    Stop,
-}
-
-/// A diffuse surface that a walk met.
-pub struct Met<'a> {
-    /// Where.
-    pub hit: &'a SurfaceHit,
-    /// The place on the side that the walk came from.
-    pub receiver: Receiver<'a>,
-    /// Unit direction of the walk's ray.
-    pub direction: DVec3,
-    /// Reflectance.
-    pub reflectance: f64,
-}
-
-/// A cache that walks ask, as in final gathering: it may know the indirect light of a diffuse surface, and the direct light too.
-pub trait Cache {
-    /// What is known at a diffuse surface, and the rays that asking took.
-    fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64);
 }
 
 /// No cache: walks go on until they are absorbed or leave.
@@ -113,7 +85,7 @@ pub fn gather_parts_lx(
 ) -> ([f64; 2], u64) {
     let direction = cosine_hemisphere(receiver.normal, variates);
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, stream);
+    let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, 1.0, cache, stream);
     let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
     let start = Start {
         origin: *receiver.origin,
@@ -298,11 +270,23 @@ fn follow_lm_m2(
         if let Law::Diffuse(law) = law
             && looks_back
         {
-            let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), stream);
-            sum_lm_m2 += weight * shares[1] * law.reflectance * near_lx;
+            let spread = weight * shares[1] * law.reflectance;
+            let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), spread, cache, stream);
+            sum_lm_m2 += spread * near_lx;
             rays += near_rays;
         }
-        let Some(scattered) = law.sample(direction, normal, stream) else {
+        let scattered = match law {
+            Law::Diffuse(law) => {
+                let Some(survivor) = stage.roulette.survivor_weight(weight * law.reflectance, stream) else {
+                    return (sum_lm_m2, rays);
+                };
+                weight = survivor;
+                cache.told(&WalkEvent::GoesOn { weight, sum_lm_m2, rays });
+                Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
+            }
+            law => law.sample(direction, normal, stream),
+        };
+        let Some(scattered) = scattered else {
             return (sum_lm_m2, rays);
         };
         if scattered.way.leads_through() {
@@ -568,10 +552,20 @@ pub fn in_mirrors_lx(
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
-/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`].
+/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]; it counts
+/// with a weight in the walk, which the cache is told.
 #[inline]
-fn from_near_lights_lx(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    let place = (receiver.point_m, receiver.normal);
-    let lights = stage.near_lights.as_ref();
-    lights.map_or((0.0, 0), |lights| lights.look_back_lx(stage, place, receiver.origin, stream))
+fn from_near_lights_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    weight: f64,
+    cache: &mut impl Cache,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let Some(lights) = &stage.near_lights else {
+        return (0.0, 0);
+    };
+    let found = lights.look_back(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
+    cache.told(&WalkEvent::LookedBack { weight, found: &found });
+    (found.lx, found.rays)
 }

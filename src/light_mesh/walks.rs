@@ -10,10 +10,11 @@ use glam::DVec3;
 
 use super::mesh::Surroundings;
 use crate::chain::Stage;
+use crate::estimators::cache::{Cache, CacheAnswer, Met};
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::estimators::sight::MANY_MIRRORS;
-use crate::estimators::walk::{Cache, CacheAnswer, Met, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
+use crate::estimators::walk::{gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};

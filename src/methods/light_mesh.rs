@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::chain::Stage;
 use crate::control::Forecast;
+use crate::estimators::roulette::stage_for_walks;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
     MapPlan, NotForLightMesh, Planner, RADIUS_PER_STEP, SamplePlacing, Samples, Solids, Surroundings, TracedMap, Why,
@@ -86,7 +87,7 @@ pub fn solve_by_light_mesh(
     let requests = map_requests(scene, &settings.maps);
     check_requests(scene, settings)?;
     let started = Instant::now();
-    let stage = Stage::new(scene);
+    let stage = stage_for_walks(scene);
     let build_s = started.elapsed().as_secs_f64();
     observer.ready();
     let begun_wall_s = observer.wall_s();

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::adapt::Adaptive;
 use super::job::Context;
 use super::pace::TimeLeft;
+use crate::base::scattered::scattered;
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
@@ -354,13 +355,6 @@ fn over_receivers<S: Send>(
 /// Whether a limit or the user has ended the run: what a pilot has seen must do.
 pub fn is_over(context: &Context) -> bool {
     (context.time_left)() <= TimeLeft::None
-}
-
-/// The numbers below `count`, so ordered that the first of them are spread over all.
-pub fn scattered(count: usize) -> impl Iterator<Item = usize> {
-    let bits = count.next_power_of_two().trailing_zeros();
-    let reversed = move |number: usize| number.reverse_bits().checked_shr(usize::BITS - bits).unwrap_or(0);
-    (0..1 << bits).map(reversed).filter(move |number| *number < count)
 }
 
 /// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.

@@ -34,6 +34,7 @@ use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solut
 use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
+use crate::estimators::roulette::stage_for_walks;
 use crate::maps::MapKind;
 use crate::scene::{Scene, joined};
 
@@ -76,7 +77,7 @@ pub(super) fn solve_as(
     observer: &dyn Observer,
 ) -> (Solution, Vec<(MapOfShare, MapSums)>) {
     let started = Instant::now();
-    let stage = Stage::new(scene);
+    let stage = stage_for_walks(scene);
     let build_s = started.elapsed().as_secs_f64();
     observer.ready();
     let pace = match (settings.time_limit_s, settings.chains) {

@@ -255,7 +255,8 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
     let all: Vec<&Path> = parts.iter().chain(&second).map(PathBuf::as_path).collect();
     refused(&all[..5], &["share 2 of 2, part 3 of 3 of the receivers is missing", "--share 2/2 --receivers-part 3/3"]);
     let (exit, told) = home.merge(&all, "both", &[]);
-    assert!(exit == 0 && told.contains("2 shares of 3 parts of the receivers each"), "{exit} {told}");
+    // So few chains of two points know their largest scores or not, by chance: then no target is claimed.
+    assert!([0, 3].contains(&exit) && told.contains("2 shares of 3 parts of the receivers each"), "{exit} {told}");
 
     let refused = |options: &[&str], word: &str| {
         let output = solve("room.json", &home.path("none"), options);

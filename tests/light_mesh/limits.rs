@@ -123,11 +123,11 @@ fn a_run_that_is_cut_shows_the_best_that_it_has() {
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let whole = CutAfter { asked: AtomicU64::new(0), most: u64::MAX };
-    pool.install(|| solved(&scene, 0.02, 1, &whole));
+    pool.install(|| solved(&scene, 0.01, 1, &whole));
     let asked = whole.asked.into_inner();
     for part in [0.0, 0.1, 0.3, 0.5, 0.9] {
         let observer = CutAfter { asked: AtomicU64::new(0), most: (part * asked as f64) as u64 };
-        let solution = pool.install(|| solved(&scene, 0.02, 1, &observer));
+        let solution = pool.install(|| solved(&scene, 0.01, 1, &observer));
         let map = &solution.maps[0];
         let error = relative_rms(&map.values.indirect_lx, &exact);
         let stated = map.error.estimated;

@@ -30,8 +30,8 @@ fn seen_on_either_side() -> Scene {
 
 #[test]
 fn walks_go_where_points_scatter_and_no_mean_moves() {
-    // Runs to 1 % with walks shared out (auto) and with even ones (collision), 12 seeds (0 to 11) each. Even ones take 1.6 times the rays
-    // at least. The means over the lit directions, and over the dim ones, differ by less than 4 standard errors of their difference (by
+    // Runs to 1 % with walks shared out (auto) and with even ones (collision), 12 seeds (0 to 11) each. Even ones take half as many
+    // rays again at least. The means over the lit directions, and over the dim ones, differ by less than 4 standard errors of their difference (by
     // the seeds' spread, Student's t with 22 degrees of freedom, α = 6e-4). Two percent more among the lit ones, and 15 % among the
     // dim ones, are seen (planted).
     let scene = seen_on_either_side();
@@ -48,7 +48,7 @@ fn walks_go_where_points_scatter_and_no_mean_moves() {
             *dim = values[LIT..].iter().sum::<f64>() / DIM as f64;
         }
     }
-    assert!(5 * rays[1] > 8 * rays[0], "{rays:?}");
+    assert!(2 * rays[1] > 3 * rays[0], "{rays:?}");
     let mean_and_square = |values: &[f64; 12], factor: f64| {
         let mean = factor * values.iter().sum::<f64>() / 12.0;
         let squares: f64 = values.iter().map(|value| (factor * value - mean).powi(2)).sum();

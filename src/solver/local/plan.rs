@@ -10,13 +10,14 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::{Kernel, LocalPlan, trace};
+use crate::base::scattered::scattered;
 use crate::control::margin;
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
-use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over, scattered};
+use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over};
 
 /// Chains of the pilot at least and at most, and work by the cheapest other way for which it traces each of them.
 const FEWEST_CHAINS: usize = 256;

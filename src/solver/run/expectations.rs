@@ -4,8 +4,8 @@ use super::clock::Clock;
 use super::standing::Standing;
 use super::{Context, Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
 use crate::base::memory::limit_bytes;
-use crate::chain::Stage;
 use crate::control::Forecast;
+use crate::estimators::roulette::stage_for_walks;
 use crate::scene::Scene;
 use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
 use crate::solver::spending::Spending;
@@ -48,7 +48,7 @@ pub fn expectations(
     targets: &[f64],
     observer: &dyn Observer,
 ) -> Vec<Expectation> {
-    let stage = Stage::new(scene);
+    let stage = stage_for_walks(scene);
     let time_left = || if observer.is_interrupted() { TimeLeft::LongOver } else { TimeLeft::Enough };
     let mut expected = Vec::new();
     for (method, target) in methods.iter().flat_map(|method| targets.iter().map(move |target| (*method, *target))) {

@@ -1,0 +1,334 @@
+//! How much walks leave to chance in a scene: by a pilot of walks from its receivers, or from its elements where it has none.
+//!
+//! A walk of variance V and C rays reaches an error with work V C. That it goes on from a vertex with weight w and chance p costs p c of C and
+//! adds w² M/p to V, M the second moment of what the rest of a walk finds, c its rays: so p = w √(M C/(V c)) is best, or 1 where that is
+//! more (Bolin and Meyer, 1997, "An error metric for Monte Carlo ray tracing"; docs/methods.md (48)). How often walks look back from what near
+//! luminaires light is found by what each chance would cost (docs/methods.md (49)).
+
+use glam::DVec3;
+
+use crate::base::scattered::scattered;
+use crate::chain::{LookBack, Roulette, Stage};
+use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
+use crate::estimators::direct::Receiver;
+use crate::estimators::element::Element;
+use crate::estimators::walk::gather_parts_lx;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::Scene;
+
+/// Places that walks of the pilot start from, at most; walks of all of them, and the fewest at each.
+const MOST_PLACES: usize = 256;
+const WALKS: usize = 1024;
+const LEAST_WALKS: usize = 4;
+/// Rays after which it ends, if it has so many walks: in nearly white rooms each takes thousands.
+const ENOUGH_RAYS: u64 = 50_000;
+const FEWEST_WALKS: usize = 64;
+/// Surfaces that a walk meets at most: in a white place it would go on for long.
+const MOST_SURFACES: u32 = 1000;
+/// Chances of looking back that are weighed; with smaller ones scores get rare and large.
+const CHANCES: [f64; 3] = [1.0, 0.5, 0.25];
+/// So many times smaller is the variance of a run's walks, which are quasi-random, than that of the pilot's, about. (Measured by what other
+/// chances of looking back cost in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle; where it is too low, rare scores get large.)
+const QUASI_RANDOM_GAIN: f64 = 2.5;
+/// The least safe weight: variances of few walks may be anything.
+const LEAST_SAFE_WEIGHT: f64 = 0.05;
+/// What this finds out enters no result but by way of chances: it is the same for all seeds.
+const SEED: u64 = 0x52_4F55;
+
+/// A scene made ready for walks: [`Stage::new`], and what walks leave to chance there.
+pub fn stage_for_walks(scene: &Scene) -> Stage {
+    let mut stage = Stage::new(scene);
+    if stage.reflects() {
+        let seen = pilot(&stage, &places_of(scene, &stage));
+        let (safe_weight, look_back_chance) = (seen.safe_weight(), seen.look_back_chance());
+        stage.roulette = Roulette { safe_weight, look_back_chance, pilot_rays: seen.rays };
+    }
+    stage
+}
+
+/// Where the walks start that matter: points of receivers spread over all sets, or the middle of elements; in m, with their normals.
+fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
+    let sets = scene.receivers.iter().filter(|set| set.intensity_table().is_none());
+    let points: Vec<(DVec3, DVec3)> = sets
+        .flat_map(|set| set.points.iter())
+        .filter(|point| !point.inside)
+        .map(|point| (point.position_m, point.normal))
+        .collect();
+    let stride = |count: usize| count.div_ceil(MOST_PLACES).max(1);
+    if !points.is_empty() {
+        return points.iter().step_by(stride(points.len())).copied().collect();
+    }
+    let middle = |index: usize| {
+        let element = Element::of(stage, scene, &stage.elements, index as u32);
+        let at = [1.0 / 3.0; 2];
+        (element.point_m(stage, at), element.normal_at(stage, at))
+    };
+    (0..stage.elements.len()).step_by(stride(stage.elements.len())).map(middle).collect()
+}
+
+/// What walks from these places find.
+fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
+    let walks = (WALKS / places.len().max(1)).max(LEAST_WALKS);
+    let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
+    let mut cut = Cut::default();
+    let mut seen = Moments::default();
+    for place in scattered(places.len()) {
+        let (point_m, normal) = &places[place];
+        let origin = stage.tracer.side_origin(*point_m, *normal);
+        let receiver = Receiver { point_m: *point_m, normal: *normal, origin: &origin };
+        let (mut sum_lx, mut squares) = (0.0, 0.0);
+        for walk in 0..walks {
+            stream.seek((place * walks + walk) as u64);
+            let mut watch = Watch::default();
+            let variates = stream.pair();
+            let ([looked_lx, arriving_lx], rays) =
+                gather_parts_lx(stage, &receiver, variates, &mut watch, &mut cut, &mut stream);
+            let lx = looked_lx + arriving_lx;
+            sum_lx += lx;
+            squares += lx * lx;
+            seen.add(&watch, arriving_lx, rays);
+        }
+        let count = walks as f64;
+        seen.variance += (squares - sum_lx * sum_lx / count).max(0.0) * count / (count - 1.0);
+        if seen.rays > ENOUGH_RAYS && seen.walks >= FEWEST_WALKS {
+            break;
+        }
+    }
+    seen
+}
+
+/// What the walks of the pilot found, summed up.
+#[derive(Default)]
+struct Moments {
+    walks: usize,
+    rays: u64,
+    /// Variance of a walk about the mean of its place, in lx².
+    variance: f64,
+    /// Walks that went on from the first surface; the squares, in lx², and rays of what came then, were their weight 1.
+    went_on: usize,
+    rest: f64,
+    rest_rays: u64,
+    /// Rays of looking back.
+    back_rays: u64,
+    /// What each chance of looking back adds to the variance.
+    added: [f64; CHANCES.len()],
+}
+
+impl Moments {
+    fn add(&mut self, watch: &Watch, arriving_lx: f64, rays: u64) {
+        self.walks += 1;
+        self.rays += rays;
+        self.back_rays += watch.back_rays;
+        self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
+        if let Some((weight, before_lx, before_rays)) = watch.first {
+            self.went_on += 1;
+            self.rest += ((arriving_lx - before_lx) / weight).powi(2);
+            self.rest_rays += rays - before_rays - watch.rays_at_receiver.unwrap_or(0);
+        }
+    }
+
+    /// Variance of the walks that a run will take, in lx², all added up.
+    fn run_variance(&self) -> f64 {
+        self.variance / QUASI_RANDOM_GAIN
+    }
+
+    /// The weight √(V c/(M C)) from which on walks go on in any case.
+    fn safe_weight(&self) -> f64 {
+        let [walks, went_on] = [self.walks, self.went_on].map(|count| count as f64);
+        let of_walk = self.run_variance() / walks / (self.rays as f64 / walks);
+        let of_rest = self.rest / went_on / (self.rest_rays as f64 / went_on);
+        let best = (of_walk / of_rest).sqrt();
+        if best.is_finite() { best.clamp(LEAST_SAFE_WEIGHT, 1.0) } else { Roulette::default().safe_weight }
+    }
+
+    /// The chance of looking back with the least work.
+    fn look_back_chance(&self) -> f64 {
+        let work = |number: usize| {
+            let saved_rays = (1.0 - CHANCES[number]) * self.back_rays as f64;
+            (self.run_variance() + self.added[number]) * (self.rays as f64 - saved_rays)
+        };
+        let best = (0..CHANCES.len()).min_by(|a, b| work(*a).total_cmp(&work(*b)));
+        best.map_or(1.0, |number| CHANCES[number])
+    }
+}
+
+/// Listens to a walk of the pilot.
+#[derive(Default)]
+struct Watch {
+    /// Weight with which the walk went on from its first diffuse surface, what it had found by then in lx, and its rays.
+    first: Option<(f64, f64, u64)>,
+    /// Rays of looking back from the receiver itself.
+    rays_at_receiver: Option<u64>,
+    back_rays: u64,
+    added: [f64; CHANCES.len()],
+    /// Diffuse surfaces that it has met.
+    surfaces: u32,
+}
+
+impl Watch {
+    /// What each chance of looking back adds to the second moment, docs/methods.md (49), by one look: f is lx (K + E/Φ), its density E/Φ.
+    fn weigh(&mut self, weight: f64, found: &LookBack) {
+        self.rays_at_receiver.get_or_insert(found.rays);
+        self.back_rays += found.rays;
+        let &LookBack { lx, met_per_m2, lit_per_m2, .. } = found;
+        if lx <= 0.0 {
+            return;
+        }
+        let both_per_m2 = met_per_m2 + lit_per_m2;
+        let squares = (weight * lx * both_per_m2).powi(2) / lit_per_m2;
+        for (chance, added) in CHANCES.iter().zip(&mut self.added) {
+            *added += squares * (1.0 / (met_per_m2 + chance * lit_per_m2) - 1.0 / both_per_m2);
+        }
+    }
+}
+
+impl Cache for Watch {
+    fn look_up(&mut self, _: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
+        self.surfaces += 1;
+        (if self.surfaces < MOST_SURFACES { CacheAnswer::Nothing } else { CacheAnswer::Stop }, 0)
+    }
+
+    fn told(&mut self, event: &WalkEvent) {
+        match *event {
+            WalkEvent::GoesOn { weight, sum_lm_m2, rays } => {
+                self.first.get_or_insert((weight, sum_lm_m2, rays));
+            }
+            WalkEvent::LookedBack { weight, found } => self.weigh(weight, found),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::check::scene_from_json;
+    use crate::estimators::walk::sample_indirect_lx;
+    use crate::scene::Scene;
+
+    const SIZE_M: [f64; 3] = [4.0, 3.0, 2.0];
+    const LM: f64 = 1000.0;
+
+    /// A room of one reflectance with a lamp so far below its ceiling.
+    fn room(reflectance: f64, below_m: f64) -> Scene {
+        let height_m = SIZE_M[2] - below_m;
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": {reflectance} }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {{ "name": "a", "type": "point", "position": [1.7,1.3,{height_m}], "luminous_flux_lm": {LM} }} ] }}"#
+        );
+        scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
+    }
+
+    /// Area of the room's sides in m².
+    fn area_m2() -> f64 {
+        let [x, y, z] = SIZE_M;
+        2.0 * (x * y + y * z + z * x)
+    }
+
+    /// A point anywhere on the sides, evenly spread, and the normal of its side.
+    fn anywhere(stream: &mut Stream) -> (DVec3, DVec3) {
+        let [x, y, z] = SIZE_M;
+        let mut aim = stream.unit() * area_m2() / 2.0;
+        let axis = if aim < y * z {
+            0
+        } else {
+            aim -= y * z;
+            if aim < z * x { 1 } else { 2 }
+        };
+        let mut point = DVec3::new(stream.unit() * x, stream.unit() * y, stream.unit() * z);
+        let mut normal = DVec3::ZERO;
+        let is_low = stream.unit() < 0.5;
+        point[axis] = if is_low { 0.0 } else { SIZE_M[axis] };
+        normal[axis] = if is_low { 1.0 } else { -1.0 };
+        (point, normal)
+    }
+
+    /// Mean, variance and rays of so many walks from anywhere.
+    fn walks(stage: &Stage, count: u64, seed: u64) -> [f64; 3] {
+        let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
+        let mut cut = Cut::default();
+        let (mut sum, mut squares, mut rays) = (0.0, 0.0, 0);
+        for walk in 0..count {
+            stream.seek(walk);
+            let (point_m, normal) = anywhere(&mut stream);
+            let origin = stage.tracer.side_origin(point_m, normal);
+            let receiver = Receiver { point_m, normal, origin: &origin };
+            let (lx, walk_rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut stream);
+            sum += lx;
+            squares += lx * lx;
+            rays += walk_rays;
+        }
+        let mean = sum / count as f64;
+        [mean, squares / count as f64 - mean * mean, rays as f64 / count as f64]
+    }
+
+    /// Whatever is left to chance, the mean over all sides of a closed room of one reflectance is Φ ρ/(A (1 − ρ)): two rooms, four roulettes,
+    /// 40,000 walks each, α = 1e-5 each (4.4 σ), seed 7. Means that are 3% off are rejected.
+    #[test]
+    fn no_mean_moves() {
+        for (reflectance, below_m) in [(0.5, 0.1), (0.8, 0.3)] {
+            let scene = room(reflectance, below_m);
+            let mut stage = stage_for_walks(&scene);
+            let exact_lx = LM * reflectance / (area_m2() * (1.0 - reflectance));
+            let found = stage.roulette;
+            for (safe_weight, look_back_chance) in
+                [(1.0, 1.0), (0.1, 0.25), (0.5, 0.125), (found.safe_weight, found.look_back_chance)]
+            {
+                stage.roulette = Roulette { safe_weight, look_back_chance, ..found };
+                let [mean_lx, variance, _] = walks(&stage, 40_000, 7);
+                let sigma_lx = (variance / 40_000.0).sqrt();
+                let off = |lx: f64| ((lx - exact_lx) / sigma_lx).abs();
+                assert!(off(mean_lx) < 4.4, "{mean_lx} for {exact_lx} lx by {:?}", stage.roulette);
+                assert!(off(1.03 * mean_lx).max(off(0.97 * mean_lx)) > 4.4, "3% are not seen: {sigma_lx} lx");
+            }
+        }
+    }
+
+    /// What a chance of looking back adds to the variance is what the pilot says by walks that always look back, to 30%: 200,000 walks, seed 3.
+    #[test]
+    fn the_pilot_foretells_what_looking_back_less_often_costs() {
+        let scene = room(0.6, 0.15);
+        let mut stage = Stage::new(&scene);
+        assert!(stage.near_lights.is_some());
+        stage.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
+        let mut stream = Stream::new(3, Purpose::Pilot, 1, 0);
+        let places: Vec<(DVec3, DVec3)> = (0..20_000).map(|_| anywhere(&mut stream)).collect();
+        let seen = {
+            let mut sum = Moments::default();
+            for some in places.chunks(MOST_PLACES) {
+                let seen = pilot(&stage, some);
+                sum.walks += seen.walks;
+                sum.added.iter_mut().zip(seen.added).for_each(|(sum, added)| *sum += added);
+            }
+            sum
+        };
+        let always = walks(&stage, 200_000, 3)[1];
+        for (number, chance) in CHANCES.iter().enumerate().skip(1) {
+            stage.roulette.look_back_chance = *chance;
+            let added = walks(&stage, 200_000, 3)[1] - always;
+            let foretold = seen.added[number] / seen.walks as f64;
+            assert!((foretold / added).ln().abs() < 1.3_f64.ln(), "{foretold} foretold, {added} found, by {chance}");
+        }
+    }
+
+    /// Work V C of walks by what the pilot found, beside that of walks that end at every surface by its reflectance and always look back:
+    /// 40,000 walks, seed 5.
+    #[test]
+    fn walks_take_less_work() {
+        for (reflectance, below_m, share) in [(0.9, 0.4, 0.6), (0.5, 1.0, 0.9)] {
+            let scene = room(reflectance, below_m);
+            let mut stage = stage_for_walks(&scene);
+            let work = |stage: &Stage| {
+                let [_, variance, rays] = walks(stage, 40_000, 5);
+                variance * rays
+            };
+            let found = work(&stage);
+            stage.roulette = Roulette { safe_weight: 1.0, look_back_chance: 1.0, pilot_rays: 0 };
+            let analogue = work(&stage);
+            assert!(found < share * analogue, "{} of the work in a room of {reflectance}", found / analogue);
+        }
+    }
+}
