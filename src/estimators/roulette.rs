@@ -26,7 +26,8 @@ const ENOUGH_RAYS: u64 = 50_000;
 const FEWEST_WALKS: usize = 64;
 /// Surfaces that a walk meets at most: in a white place it would go on for long.
 const MOST_SURFACES: u32 = 1000;
-/// Chances of looking back that are weighed; with smaller ones scores get rare and large.
+/// Chances of looking back that are weighed; with smaller ones scores get rare and large. (One chance where walks start and one at later
+/// vertices took as much work in the mean of twelve rooms, in two of them 1.4 times as much.)
 const CHANCES: [f64; 3] = [1.0, 0.5, 0.25];
 /// So many times smaller is the variance of a run's walks, which are quasi-random, than that of the pilot's, about. (Measured by what other
 /// chances of looking back cost in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle; where it is too low, rare scores get large.)
