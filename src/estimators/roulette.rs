@@ -110,6 +110,8 @@ struct Moments {
     went_on: usize,
     rest: f64,
     rest_rays: u64,
+    /// Whether one of them was cut, so that the squares tell nothing.
+    is_cut: bool,
     /// Rays of looking back.
     back_rays: u64,
     /// What each chance of looking back adds to the variance.
@@ -120,6 +122,7 @@ impl Moments {
     fn add(&mut self, watch: &Watch, arriving_lx: f64, rays: u64) {
         self.walks += 1;
         self.rays += rays;
+        self.is_cut |= watch.surfaces >= MOST_SURFACES;
         self.back_rays += watch.back_rays;
         self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
         if let Some((weight, before_lx, before_rays)) = watch.first {
@@ -140,7 +143,7 @@ impl Moments {
         let of_walk = self.run_variance() / walks / (self.rays as f64 / walks);
         let of_rest = self.rest / went_on / (self.rest_rays as f64 / went_on);
         let best = (of_walk / of_rest).sqrt();
-        if best.is_finite() { best.clamp(LEAST_SAFE_WEIGHT, 1.0) } else { Roulette::default().safe_weight }
+        if best.is_finite() && !self.is_cut { best.clamp(LEAST_SAFE_WEIGHT, 1.0) } else { Roulette::default().safe_weight }
     }
 
     /// The chance of looking back with the least work.
