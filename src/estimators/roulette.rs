@@ -143,7 +143,11 @@ impl Moments {
         let of_walk = self.run_variance() / walks / (self.rays as f64 / walks);
         let of_rest = self.rest / went_on / (self.rest_rays as f64 / went_on);
         let best = (of_walk / of_rest).sqrt();
-        if best.is_finite() && !self.is_cut { best.clamp(LEAST_SAFE_WEIGHT, 1.0) } else { Roulette::default().safe_weight }
+        if best.is_finite() && !self.is_cut {
+            best.clamp(LEAST_SAFE_WEIGHT, 1.0)
+        } else {
+            Roulette::default().safe_weight
+        }
     }
 
     /// The chance of looking back with the least work.
