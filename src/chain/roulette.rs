@@ -12,6 +12,8 @@ pub struct Roulette {
     pub safe_weight: f64,
     /// Chance in (0, 1] of looking back at each vertex.
     pub look_back_chance: f64,
+    /// Surfaces that a walk meets over those that it would meet if each ended it by its absorptance.
+    pub longer: f64,
     /// Rays that it took to find these out.
     pub pilot_rays: u64,
 }
@@ -29,6 +31,6 @@ impl Roulette {
 
 impl Default for Roulette {
     fn default() -> Roulette {
-        Roulette { safe_weight: USUAL_SAFE_WEIGHT, look_back_chance: 1.0, pilot_rays: 0 }
+        Roulette { safe_weight: USUAL_SAFE_WEIGHT, look_back_chance: 1.0, longer: 1.0, pilot_rays: 0 }
     }
 }

@@ -43,7 +43,8 @@ pub fn stage_for_walks(scene: &Scene) -> Stage {
     if stage.reflects() {
         let seen = pilot(&stage, &places_of(scene, &stage));
         let (safe_weight, look_back_chance) = (seen.safe_weight(), seen.look_back_chance());
-        stage.roulette = Roulette { safe_weight, look_back_chance, pilot_rays: seen.rays };
+        let longer = (seen.goes_on[0] / seen.goes_on[1]).max(1.0);
+        stage.roulette = Roulette { safe_weight, look_back_chance, longer, pilot_rays: seen.rays };
     }
     stage
 }
@@ -110,6 +111,8 @@ struct Moments {
     went_on: usize,
     rest: f64,
     rest_rays: u64,
+    /// Surfaces that walks met, and the weights with which they went on, each with the first.
+    goes_on: [f64; 2],
     /// Whether one of them was cut, so that the squares tell nothing.
     is_cut: bool,
     /// Rays of looking back.
@@ -122,6 +125,7 @@ impl Moments {
     fn add(&mut self, watch: &Watch, arriving_lx: f64, rays: u64) {
         self.walks += 1;
         self.rays += rays;
+        self.goes_on.iter_mut().zip(watch.goes_on).for_each(|(sum, goes_on)| *sum += 1.0 + goes_on);
         self.is_cut |= watch.surfaces >= MOST_SURFACES;
         self.back_rays += watch.back_rays;
         self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
@@ -170,6 +174,8 @@ struct Watch {
     rays_at_receiver: Option<u64>,
     back_rays: u64,
     added: [f64; CHANCES.len()],
+    /// How often it went on from a diffuse surface, and the weights with which it did.
+    goes_on: [f64; 2],
     /// Diffuse surfaces that it has met.
     surfaces: u32,
 }
@@ -201,6 +207,8 @@ impl Cache for Watch {
         match *event {
             WalkEvent::GoesOn { weight, sum_lm_m2, rays } => {
                 self.first.get_or_insert((weight, sum_lm_m2, rays));
+                self.goes_on[0] += 1.0;
+                self.goes_on[1] += weight;
             }
             WalkEvent::LookedBack { weight, found } => self.weigh(weight, found),
         }
@@ -334,7 +342,7 @@ mod tests {
                 variance * rays
             };
             let found = work(&stage);
-            stage.roulette = Roulette { safe_weight: 1.0, look_back_chance: 1.0, pilot_rays: 0 };
+            stage.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
             let analogue = work(&stage);
             assert!(found < share * analogue, "{} of the work in a room of {reflectance}", found / analogue);
         }

@@ -313,7 +313,9 @@ impl Run<'_> {
         }
         let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
         let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
-        self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk));
+        // Samples of cells go on by reflectances alone.
+        let longer = self.context.stage.roulette.longer;
+        self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk / longer));
     }
 
     /// The target, or the error that a time limit affords, about.
