@@ -41,10 +41,7 @@ const SEED: u64 = 0x52_4F55;
 pub fn stage_for_walks(scene: &Scene) -> Stage {
     let mut stage = Stage::new(scene);
     if stage.reflects() {
-        let seen = pilot(&stage, &places_of(scene, &stage));
-        let (safe_weight, look_back_chance) = (seen.safe_weight(), seen.look_back_chance());
-        let longer = (seen.goes_on[0] / seen.goes_on[1]).max(1.0);
-        stage.roulette = Roulette { safe_weight, look_back_chance, longer, pilot_rays: seen.rays };
+        stage.roulette = pilot(&stage, &places_of(scene, &stage)).roulette();
     }
     stage
 }
@@ -52,14 +49,11 @@ pub fn stage_for_walks(scene: &Scene) -> Stage {
 /// Where the walks start that matter: points of receivers spread over all sets, or the middle of elements; in m, with their normals.
 fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
     let sets = scene.receivers.iter().filter(|set| set.intensity_table().is_none());
-    let points: Vec<(DVec3, DVec3)> = sets
-        .flat_map(|set| set.points.iter())
-        .filter(|point| !point.inside)
-        .map(|point| (point.position_m, point.normal))
-        .collect();
+    let points = sets.flat_map(|set| set.points.iter()).filter(|point| !point.inside);
     let stride = |count: usize| count.div_ceil(MOST_PLACES).max(1);
-    if !points.is_empty() {
-        return points.iter().step_by(stride(points.len())).copied().collect();
+    let count = points.clone().count();
+    if count > 0 {
+        return points.step_by(stride(count)).map(|point| (point.position_m, point.normal)).collect();
     }
     let middle = |index: usize| {
         let element = Element::of(stage, scene, &stage.elements, index as u32);
@@ -107,8 +101,7 @@ struct Moments {
     rays: u64,
     /// Variance of a walk about the mean of its place, in lx².
     variance: f64,
-    /// Walks that went on from the first surface; the squares, in lx², and rays of what came then, were their weight 1.
-    went_on: usize,
+    /// The squares, in lx², and rays of what came after the first surface from which a walk went on, were its weight 1 there.
     rest: f64,
     rest_rays: u64,
     /// Surfaces that walks met, and the weights with which they went on, each with the first.
@@ -130,7 +123,6 @@ impl Moments {
         self.back_rays += watch.back_rays;
         self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
         if let Some((weight, before_lx, before_rays)) = watch.first {
-            self.went_on += 1;
             self.rest += ((arriving_lx - before_lx) / weight).powi(2);
             self.rest_rays += rays - before_rays - watch.rays_at_receiver.unwrap_or(0);
         }
@@ -141,11 +133,19 @@ impl Moments {
         self.variance / QUASI_RANDOM_GAIN
     }
 
+    /// What serves the walks of a run best.
+    fn roulette(&self) -> Roulette {
+        Roulette {
+            safe_weight: self.safe_weight(),
+            look_back_chance: self.look_back_chance(),
+            longer: (self.goes_on[0] / self.goes_on[1]).max(1.0),
+            pilot_rays: self.rays,
+        }
+    }
+
     /// The weight √(V c/(M C)) from which on walks go on in any case.
     fn safe_weight(&self) -> f64 {
-        let [walks, went_on] = [self.walks, self.went_on].map(|count| count as f64);
-        let of_walk = self.run_variance() / walks / (self.rays as f64 / walks);
-        let of_rest = self.rest / went_on / (self.rest_rays as f64 / went_on);
+        let [of_walk, of_rest] = [self.run_variance() / self.rays as f64, self.rest / self.rest_rays as f64];
         let best = (of_walk / of_rest).sqrt();
         if best.is_finite() && !self.is_cut {
             best.clamp(LEAST_SAFE_WEIGHT, 1.0)

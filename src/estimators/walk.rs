@@ -23,7 +23,7 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Reflection, Scattered, Translucent, Way};
+use crate::sampling::reflection::{Diffuse, Law, Pair, Reflection, Scattered, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
@@ -282,7 +282,7 @@ fn follow_lm_m2(
                 };
                 weight = survivor;
                 cache.told(&WalkEvent::GoesOn { weight, sum_lm_m2, rays });
-                Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
+                Some(Diffuse::spread(normal, stream))
             }
             law => law.sample(direction, normal, stream),
         };

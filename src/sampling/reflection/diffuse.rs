@@ -14,12 +14,18 @@ pub struct Diffuse {
     pub reflectance: f64,
 }
 
+impl Diffuse {
+    /// How what survives leaves the side with a normal.
+    #[inline]
+    pub fn spread(normal: DVec3, stream: &mut Stream) -> Scattered {
+        Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread }
+    }
+}
+
 impl Reflection for Diffuse {
     #[inline]
     fn sample(&self, _: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        stream
-            .happens(self.reflectance)
-            .then(|| Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
+        stream.happens(self.reflectance).then(|| Diffuse::spread(normal, stream))
     }
 
     fn pdf_per_sr(&self, pair: &Pair) -> f64 {

@@ -6,7 +6,7 @@
 //! no connection finds them. The list of all laws is in this file, once: the call of `laws!`.
 //!
 //! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor carries
-//! all of its flux on.
+//! all of its flux on. (Walks carry weights from diffuse surfaces: see [`crate::chain::Roulette`].)
 
 mod blinn;
 mod diffuse;
