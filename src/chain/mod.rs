@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_lights::{LookBack, LookedBack, NearLights, median_distance_m};
+pub use near_lights::{LitSpot, LookBack, LookedBack, NearLights, median_distance_m};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
@@ -252,6 +252,12 @@ impl Stage {
     /// Whether any surface scatters light about a direction.
     pub fn has_lobes(&self) -> bool {
         self.triangles.iter().any(|triangle| matches!(self.laws[triangle.law as usize], Law::Phong(_) | Law::Blinn(_)))
+    }
+
+    /// Whether an emitter lights surfaces from near.
+    #[inline]
+    pub fn is_near(&self, emitter: u32) -> bool {
+        self.near_lights.as_ref().is_some_and(|lights| lights.is_near(emitter))
     }
 
     /// Whether light passes panes of glass anywhere.

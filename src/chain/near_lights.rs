@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::Stage;
-use crate::geometry::{Meeting, Origin};
+use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Law, Way};
 
@@ -63,6 +63,35 @@ pub struct LookBack {
     pub met_per_m2: f64,
     /// Density in 1/m² of packets there.
     pub lit_per_m2: f64,
+}
+
+/// What a surface sends on of the light that a packet brings.
+enum Leaving {
+    /// One side reflects it, by its reflectance.
+    Reflected(f64),
+    /// A sheet spreads it to either side.
+    EitherSide { reflected: f64, passed: f64 },
+}
+
+/// Where a packet of a near luminaire has arrived.
+pub struct LitSpot {
+    /// The emitter.
+    pub emitter: u32,
+    /// Where.
+    pub hit: SurfaceHit,
+    /// Unit normal of the lit side.
+    pub normal: DVec3,
+    leaving: Leaving,
+}
+
+impl LitSpot {
+    /// Reflectance of a surface that spreads light to the lit side alone; `None` of a sheet.
+    pub fn reflectance(&self) -> Option<f64> {
+        match self.leaving {
+            Leaving::Reflected(reflectance) => Some(reflectance),
+            Leaving::EitherSide { .. } => None,
+        }
+    }
 }
 
 impl LookBack {
@@ -147,7 +176,7 @@ impl NearLights {
     }
 
     /// Flux of all of them in lm.
-    fn luminous_flux_lm(&self) -> f64 {
+    pub fn luminous_flux_lm(&self) -> f64 {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
@@ -155,7 +184,7 @@ impl NearLights {
     /// side with the normal `seen`, coming from where it looked back from: docs/methods.md (42).
     #[inline]
     pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, seen: DVec3, from: LookedBack) -> f64 {
-        if !self.is_near[emitter as usize] {
+        if !self.is_near(emitter) {
             return 1.0;
         }
         let met_per_m2 = seen_per_m2((place.0, seen), from);
@@ -166,17 +195,33 @@ impl NearLights {
         met_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * self.lit_per_m2(stage, emitter, place))
     }
 
+    /// Whether an emitter is one of them.
+    #[inline]
+    pub fn is_near(&self, emitter: u32) -> bool {
+        self.is_near[emitter as usize]
+    }
+
     /// Density in 1/m² of packets of an emitter at a place.
-    fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): LookedBack) -> f64 {
+    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): LookedBack) -> f64 {
         stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
     /// One sample, with its share, of what a place receives by way of the diffuse surfaces that near luminaires light, in lx; it is
     /// taken by the chance of [`Roulette`].
     pub fn look_back(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> LookBack {
+        let (spot, rays) = self.packet(stage, stream);
+        spot.map_or(LookBack::nothing(rays), |spot| {
+            let found = self.seen_from(stage, &spot, to, to_origin);
+            LookBack { rays: rays + found.rays, ..found }
+        })
+    }
+
+    /// The spot that a packet of a near luminaire lights, and the rays it took; `None` where it lights none that spreads light, and where
+    /// the chance of [`Roulette`] draws no packet.
+    pub fn packet(&self, stage: &Stage, stream: &mut Stream) -> (Option<LitSpot>, u64) {
         let chance = stage.roulette.look_back_chance;
         if chance < 1.0 && !stream.happens(chance) {
-            return LookBack::nothing(0);
+            return (None, 0);
         }
         let aim_lm = stream.fine_unit() * self.luminous_flux_lm();
         let number = self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm);
@@ -186,46 +231,54 @@ impl NearLights {
         loop {
             rays += 1;
             let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, emitted.direction) else {
-                return LookBack::nothing(rays);
+                return (None, rays);
             };
             if !stage.receives(hit.triangle, hit.side) || stage.is_touched(&origin, &hit) {
-                return LookBack::nothing(rays);
+                return (None, rays);
             }
             let normal = stage.normal_at(&hit);
-            let law = stage.law(hit.triangle);
-            let (leaving, way) = match law {
-                Law::Diffuse(law) => (law.reflectance, Way::Spread),
-                // A sheet spreads to either side.
-                Law::Translucent(law) => {
-                    let lit_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
-                    let is_behind = (to.0 - lit_m).dot(normal) < 0.0;
-                    if is_behind { (law.transmittance, Way::SpreadThrough) } else { (law.reflectance, Way::Spread) }
-                }
-                Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
+            let leaving = match stage.law(hit.triangle) {
+                Law::Diffuse(law) => Leaving::Reflected(law.reflectance),
+                Law::Translucent(law) => Leaving::EitherSide { reflected: law.reflectance, passed: law.transmittance },
+                law @ Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
                     Some(scattered) if scattered.way == Way::Passed => {
                         origin = stage.leave(&hit, scattered.way);
                         continue;
                     }
-                    _ => return LookBack::nothing(rays),
+                    _ => return (None, rays),
                 },
-                _ => return LookBack::nothing(rays),
+                _ => return (None, rays),
             };
-            if leaving <= 0.0 {
-                return LookBack::nothing(rays);
-            }
-            let place_origin = stage.leave(&hit, way);
-            let point_m = stage.tracer.position_m(&place_origin);
-            let seen = if way == Way::SpreadThrough { -normal } else { normal };
-            let met_per_m2 = seen_per_m2((point_m, seen), to);
-            let lit_per_m2 = self.lit_per_m2(stage, emitter, (point_m, normal));
-            if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
-                return LookBack::nothing(rays);
-            }
-            let share = lit_per_m2 / (met_per_m2 + chance * lit_per_m2);
-            let passed = stage.transmittance(to_origin, &place_origin);
-            let lx = self.luminous_flux_lm() * leaving * met_per_m2 * share * passed;
-            return LookBack { lx, rays: rays + 1, met_per_m2, lit_per_m2 };
+            return (Some(LitSpot { emitter, hit, normal, leaving }), rays);
         }
+    }
+
+    /// What a place receives from a spot, with its share beside walks from the place that meet it; its rays are those of seeing it.
+    pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: LookedBack, to_origin: &Origin) -> LookBack {
+        let LitSpot { emitter, hit, normal, .. } = spot;
+        let (leaving, way) = match spot.leaving {
+            Leaving::Reflected(reflected) => (reflected, Way::Spread),
+            Leaving::EitherSide { reflected, passed } => {
+                let lit_m = stage.tracer.position_m(&stage.leave(hit, Way::Spread));
+                let is_behind = (to.0 - lit_m).dot(*normal) < 0.0;
+                if is_behind { (passed, Way::SpreadThrough) } else { (reflected, Way::Spread) }
+            }
+        };
+        if leaving <= 0.0 {
+            return LookBack::nothing(0);
+        }
+        let place_origin = stage.leave(hit, way);
+        let point_m = stage.tracer.position_m(&place_origin);
+        let seen = if way == Way::SpreadThrough { -normal } else { *normal };
+        let met_per_m2 = seen_per_m2((point_m, seen), to);
+        let lit_per_m2 = self.lit_per_m2(stage, *emitter, (point_m, *normal));
+        if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
+            return LookBack::nothing(0);
+        }
+        let share = lit_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * lit_per_m2);
+        let passed = stage.transmittance(to_origin, &place_origin);
+        let lx = self.luminous_flux_lm() * leaving * met_per_m2 * share * passed;
+        LookBack { lx, rays: 1, met_per_m2, lit_per_m2 }
     }
 }
 

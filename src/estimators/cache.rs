@@ -29,6 +29,8 @@ pub struct Met<'a> {
     pub direction: DVec3,
     /// Reflectance.
     pub reflectance: f64,
+    /// Whether the walk's first ray led straight here, without a pane on its way.
+    pub is_first: bool,
 }
 
 /// A cache that walks ask, as in final gathering: it may know the indirect light of a diffuse surface, and the direct light too.
@@ -51,6 +53,15 @@ pub enum WalkEvent<'a> {
         sum_lm_m2: f64,
         /// Its rays.
         rays: u64,
+    },
+    /// A look from the first surface that it met found a near luminaire.
+    FoundNear {
+        /// Which emitter.
+        emitter: u32,
+        /// What leaves the surface of its light, in lm/m².
+        lm_m2: f64,
+        /// The part of it that counts, in lm/m², since looking back finds the rest.
+        counted_lm_m2: f64,
     },
     /// It looked back from a packet of a near luminaire.
     LookedBack {

@@ -12,6 +12,7 @@ pub mod glare;
 pub mod images;
 pub mod local;
 pub mod luminance;
+pub mod neighbours;
 pub mod reception;
 pub mod roulette;
 pub mod sight;

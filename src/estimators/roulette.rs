@@ -211,6 +211,7 @@ impl Cache for Watch {
                 self.goes_on[1] += weight;
             }
             WalkEvent::LookedBack { weight, found } => self.weigh(weight, found),
+            WalkEvent::FoundNear { .. } => {}
         }
     }
 }

@@ -21,7 +21,6 @@ use crate::estimators::direct::{Receiver, SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
-use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Diffuse, Law, Pair, Reflection, Scattered, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
@@ -83,42 +82,30 @@ pub fn gather_parts_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
-    let direction = cosine_hemisphere(receiver.normal, variates);
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, 1.0, cache, stream);
-    let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
-    let start = Start {
-        origin: *receiver.origin,
-        direction,
-        trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
-        looked_back,
-    };
-    let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream);
+    let (arriving_lx, rays) = arriving_lx(stage, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
 
-/// Where the first ray of a walk went, and what arrived along it.
-#[derive(Clone, Copy, Debug)]
-pub struct FirstRay {
-    /// Its bin among directions: see [`crate::sampling::guide`].
-    pub bin: usize,
-    /// What arrived, in lx, its weight left out.
-    pub arriving_lx: f64,
-}
-
-/// One unbiased sample of the indirect illuminance at a receiver in lx by a walk whose first direction is drawn by a density, if there
-/// is one; where its first ray went, and the rays it took.
-pub fn sample_guided_lx(
+/// What arrives along the direction from a receiver that two variates make, in lx, without what looks from the receiver find; with the rays.
+#[inline]
+pub fn arriving_lx(
     stage: &Stage,
     receiver: &Receiver,
-    density: Option<&Density>,
+    variates: [f64; 2],
+    cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, FirstRay, u64) {
-    let variates = stream.pair();
-    let (variates, weight) = density.map_or((variates, 1.0), |density| density.warp(variates));
-    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut Blank, cut, stream);
-    (looked_lx + weight * arriving_lx, FirstRay { bin: bin_of(variates), arriving_lx }, rays)
+) -> (f64, u64) {
+    let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    let start = Start {
+        origin: *receiver.origin,
+        direction: cosine_hemisphere(receiver.normal, variates),
+        trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
+        looked_back,
+    };
+    follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
 /// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
@@ -251,14 +238,23 @@ fn follow_lm_m2(
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
         if let Law::Diffuse(law) = law {
-            let (known_lm_m2, known_rays) = vertex.cached_lm_m2(law.reflectance, shares, cache, cut, stream);
+            let is_first = surfaces == 1;
+            let (known_lm_m2, known_rays) =
+                vertex.cached_lm_m2((law.reflectance, is_first), shares, cache, cut, stream);
             rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
                 return (sum_lm_m2 + weight * known_lm_m2, rays);
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, shares, cut, stream),
+            Law::Diffuse(law) => {
+                let tell = |event: WalkEvent| {
+                    if surfaces == 1 {
+                        cache.told(&event)
+                    }
+                };
+                vertex.spread_lm_m2(law.reflectance, shares, tell, cut, stream)
+            }
             Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
             law if law.is_specular() => (0.0, 0),
             law => vertex.glossy_lm_m2(law, shares, cut, stream),
@@ -370,13 +366,13 @@ impl Vertex<'_> {
     #[inline]
     fn cached_lm_m2(
         &self,
-        reflectance: f64,
+        (reflectance, is_first): (f64, bool),
         shares: [f64; 2],
         cache: &mut impl Cache,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (Option<f64>, u64) {
-        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance };
+        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance, is_first };
         let (answer, rays) = cache.look_up(&met, cut, stream);
         match answer {
             CacheAnswer::Nothing => (None, rays),
@@ -451,14 +447,28 @@ impl Vertex<'_> {
 
     /// Light that leaves in all directions: of direct light, and of light from images in mirrors, by the shares that count.
     #[inline]
-    fn spread_lm_m2(&self, reflectance: f64, shares: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn spread_lm_m2(
+        &self,
+        reflectance: f64,
+        shares: [f64; 2],
+        mut tell: impl FnMut(WalkEvent),
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
             true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
             false => None,
         };
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
+            let counted_lm_m2 = direct * self.direct_lx(&sight);
+            if self.looked_back.is_some() && self.stage.is_near(sight.index) {
+                let lm_m2 = direct * sight.direct_lx();
+                tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
+            }
+            (counted_lm_m2, 1)
+        });
         let (mirrored_lm_m2, mirrored_rays) =
             in_mirrors_lx(self.stage, &self.receiver(), ON_THE_WAY, responses, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
@@ -473,13 +483,14 @@ impl Vertex<'_> {
         stream: &mut Stream,
     ) -> (f64, u64) {
         if stream.unit() * law.total(1.0) < law.reflectance {
-            return self.spread_lm_m2(law.total(1.0), shares, cut, stream);
+            return self.spread_lm_m2(law.total(1.0), shares, |_| (), cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
         let (triangle, side) = self.spot;
         Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
             law.total(1.0),
             shares_behind,
+            |_| (),
             cut,
             stream,
         )

@@ -20,6 +20,8 @@ pub const LARGEST: usize = 1024;
 pub struct Scores {
     /// Scores counted.
     pub count: u64,
+    /// Scores of entries that they stand for: neighbours that share walks score together.
+    pub of_entries: u64,
     /// Sum of their squares.
     pub squares: f64,
     /// Sum of their fourth powers.
@@ -36,11 +38,12 @@ impl Scores {
         Scores { floor: whole.floor, ..Scores::default() }
     }
 
-    /// Adds a weighted deviation, 0 or more.
+    /// Adds a weighted deviation, 0 or more, of so many entries together.
     #[inline]
-    pub fn add(&mut self, deviation: f64) {
+    pub fn add(&mut self, deviation: f64, entries: u64) {
         let square = deviation * deviation;
         self.count += 1;
+        self.of_entries += entries;
         self.squares += square;
         self.fourths += square * square;
         if deviation > self.floor {
@@ -68,6 +71,7 @@ impl Scores {
     /// Adds what a task has counted.
     pub fn merge(&mut self, task: Scores) {
         self.count += task.count;
+        self.of_entries += task.of_entries;
         self.squares += task.squares;
         self.fourths += task.fourths;
         self.largest.extend(task.largest);
@@ -81,6 +85,7 @@ impl Scores {
         let square = factor * factor;
         Scores {
             count: self.count,
+            of_entries: self.of_entries,
             squares: square * self.squares,
             fourths: square * square * self.fourths,
             largest: self.largest.into_iter().map(|deviation| factor * deviation).collect(),
@@ -99,7 +104,7 @@ impl Scores {
         let threshold = largest.get(tail).copied().unwrap_or(0.0);
         let excesses: Vec<f64> = largest[..tail].iter().map(|score| score - threshold).collect();
         // What was counted stands for all.
-        let scale = if self.count > 0 { all / self.count as f64 } else { 0.0 };
+        let scale = if self.of_entries > 0 { all / self.of_entries as f64 } else { 0.0 };
         let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
         ScoreEvidence {
             variance: scale * self.squares / squared_samples,
@@ -155,7 +160,7 @@ impl PartScores {
     /// Adds a weighted score that deviates from nothing.
     #[inline]
     pub fn add(&mut self, score: f64) {
-        self.levelled.add(score);
+        self.levelled.add(score, 1);
     }
 
     /// Counts the scores of an entry of this weight.
@@ -166,6 +171,22 @@ impl PartScores {
             None => (&mut self.stepped, weight.max(0.0).sqrt() * FRAC_1_SQRT_2),
         };
         EntryScores { scores, root_weight, moves: level.is_none(), level: level.unwrap_or(f64::NAN) }
+    }
+
+    /// Counts the scores of entries that score together, of these weights and levels: all have levels, or none counts as having one.
+    pub fn of_group(&mut self, entries: impl Iterator<Item = (f64, Option<f64>)>) -> GroupScores<'_> {
+        let mut group: Vec<(f64, f64)> = Vec::new();
+        let mut moves = false;
+        for (weight, level) in entries {
+            moves |= level.is_none();
+            group.push((weight.max(0.0).sqrt(), level.unwrap_or(f64::NAN)));
+        }
+        if moves {
+            group
+                .iter_mut()
+                .for_each(|(root_weight, level)| (*root_weight, *level) = (*root_weight * FRAC_1_SQRT_2, f64::NAN));
+        }
+        GroupScores { scores: if moves { &mut self.stepped } else { &mut self.levelled }, entries: group, moves }
     }
 
     /// What they say: see [`Scores::evidence`].
@@ -188,10 +209,33 @@ impl EntryScores<'_> {
     #[inline]
     pub fn add(&mut self, score: f64) {
         if !self.level.is_nan() {
-            self.scores.add(self.root_weight * (score - self.level).abs());
+            self.scores.add(self.root_weight * (score - self.level).abs(), 1);
         }
         if self.moves {
             self.level = score;
+        }
+    }
+}
+
+/// Scores of a group of entries that come together from the same samples: one score, the root of the sum of their squares.
+pub struct GroupScores<'a> {
+    scores: &'a mut Scores,
+    /// Root of each entry's weight, and its level.
+    entries: Vec<(f64, f64)>,
+    moves: bool,
+}
+
+impl GroupScores<'_> {
+    /// Adds a score of every entry.
+    pub fn add(&mut self, scores: &[f64]) {
+        let deviations =
+            self.entries.iter().zip(scores).map(|((root_weight, level), score)| root_weight * (score - level));
+        let square: f64 = deviations.map(|deviation| deviation * deviation).sum();
+        if !square.is_nan() {
+            self.scores.add(square.sqrt(), self.entries.len() as u64);
+        }
+        if self.moves {
+            self.entries.iter_mut().zip(scores).for_each(|((_, level), score)| *level = *score);
         }
     }
 }
@@ -232,11 +276,11 @@ mod tests {
     fn the_largest_are_kept_however_the_work_is_shared_out() {
         let scores: Vec<f64> = (0..10_000u64).map(|n| (n * 7919 % 10_007) as f64).collect();
         let mut in_one = Scores::default();
-        scores.iter().for_each(|score| in_one.add(*score));
+        scores.iter().for_each(|score| in_one.add(*score, 1));
         let mut in_parts = Scores::default();
         for part in scores.chunks(777) {
             let mut task = Scores::for_task(&in_parts);
-            part.iter().for_each(|score| task.add(*score));
+            part.iter().for_each(|score| task.add(*score, 1));
             in_parts.merge(task);
         }
         let (one, other) = (in_one.evidence(1e4, 1e4), in_parts.evidence(1e4, 1e4));
@@ -247,6 +291,29 @@ mod tests {
         let exact: f64 = sorted[..one.tail].iter().map(|score| score * score).sum();
         assert!((1e8 * one.tail_variance / exact - 1.0).abs() < 1e-12);
         assert!(one.shape.is_some_and(|shape| shape < -0.5), "a uniform tail has an end: {:?}", one.shape);
+    }
+
+    #[test]
+    fn entries_that_score_together_say_as_much_of_the_variance_in_fewer_scores() {
+        // Four entries, 1,000 samples of a level of 1 with one deviation for all: a quarter of the scores, the same squared error.
+        let deviation = |sample: u64| 0.1 * (sample % 7) as f64;
+        let (mut apart, mut together) = (PartScores::default(), PartScores::default());
+        for sample in 0..1000 {
+            for _ in 0..4 {
+                apart.of_entry(2.0, Some(1.0)).add(1.0 + deviation(sample));
+            }
+            together.of_group((0..4).map(|_| (2.0, Some(1.0)))).add(&[1.0 + deviation(sample); 4]);
+        }
+        let effective = |evidence: ScoreEvidence| evidence.variance.powi(2) / evidence.fourth;
+        let [apart, together] = [apart, together].map(|scores| scores.evidence(1000.0, 4000.0));
+        assert!((together.variance / apart.variance - 1.0).abs() < 1e-12);
+        assert!((effective(apart) / effective(together) - 4.0).abs() < 1e-9);
+        // Without a level both wait for a first score; samples that are alike then deviate by nothing.
+        let mut scores = PartScores::default();
+        let mut group = scores.of_group([(1.0, None), (1.0, Some(2.0))].into_iter());
+        (0..3).for_each(|_| group.add(&[3.0, 4.0]));
+        let evidence = scores.evidence(3.0, 6.0);
+        assert_eq!((evidence.variance, scores.stepped.count, scores.stepped.of_entries), (0.0, 2, 4));
     }
 
     #[test]

@@ -5,7 +5,6 @@
 
 mod gatherer;
 mod records;
-mod regions;
 mod settle;
 
 use rayon::prelude::*;
@@ -13,7 +12,6 @@ use serde::{Deserialize, Serialize};
 
 pub use self::gatherer::Gatherer;
 use self::records::Records;
-pub use self::regions::regions_of;
 use super::guide::Guide;
 use super::job::Context;
 use super::order::{Order, WalkOrder};

@@ -35,7 +35,7 @@ use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
 use super::pace::{Pace, TimeLeft};
-use super::pilot::{DirectShare, direct_cost, indirect_cost};
+use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
@@ -187,10 +187,11 @@ impl Job {
             _ => None,
         };
         let indirect = match &local {
-            Some(plan) => plan.cost(&weights),
+            Some(plan) => IndirectCost::alone(plan.cost(&weights)),
             None => indirect_cost(context, kind, &elements, (bound && context.to_target).then_some(direct.mean_lx)),
         };
-        let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
+        let sharing = indirect.sharing;
+        let [direct, walked, indirect] = [direct, indirect.alone, indirect.shared].map(|cost| cost.times(numbers));
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         let pilot_rays = direct.pilot_rays + indirect.pilot_rays + cutting_rays;
@@ -198,7 +199,8 @@ impl Job {
             adapting: AdaptingState { adaptive, ..AdaptingState::default() },
             work: WorkDone { pilot_rays, ..WorkDone::default() },
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
-            costs: Costs { direct, indirect, walked: indirect },
+            costs: Costs { direct, indirect, walked },
+            walking: WalkingState { sharing, ..WalkingState::default() },
             share: DirectShare::of(direct, indirect, [entries; 2]),
             expectations,
             connecting: ConnectingState { plan: local, offered: None },
@@ -439,7 +441,6 @@ impl Job {
             let lost_lx2 = self.adapting.loss.mean_lx2.max(0.0) + self.adapting.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
-        self.learn_directions();
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gather {
             // Cells know more at every look: its samples are not those of the look before and some more.

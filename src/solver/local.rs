@@ -94,6 +94,7 @@ impl LocalPlan {
         PartCost {
             variance: self.variance_per_round / weight,
             rays: self.rays_per_round / entries,
+            sharing_rays: 0.0,
             choosing: 0.0,
             mean_lx: self.mean_lx,
             pilot_rays: self.pilot_rays,

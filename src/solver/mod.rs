@@ -14,6 +14,7 @@ mod merge;
 mod order;
 mod pace;
 mod pilot;
+mod regions;
 mod run;
 mod share;
 mod sky_components;

@@ -3,6 +3,8 @@
 //! Its samples enter no result. With variance v and cost c (in counted rays) a sample, two independent parts of a
 //! sum are best sampled in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
 
+mod walks;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +15,8 @@ use crate::base::scattered::scattered;
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
-use crate::estimators::reception::{DirectLook, sample_reflected_lx};
+use crate::estimators::neighbours::Sharing;
+use crate::estimators::reception::DirectLook;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
@@ -24,7 +27,7 @@ use crate::scene::{Elements, IntensityTable};
 const MOST_SITES: usize = 256;
 /// Direct passes at each of them.
 const PASSES: u64 = 4;
-/// Walks at each point.
+/// Walks at each element.
 const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
@@ -32,12 +35,6 @@ const LEAST_SAMPLES: u64 = 512;
 const LEAST_SAMPLES_OF_ALL: u64 = 64 * LEAST_SAMPLES;
 /// The same of a point where the run has ended: of thousands of sets each has a pilot.
 const SAMPLES_IN_HASTE: u64 = 2;
-/// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
-/// a few times too little. So many times more at most from one try to the next.
-const SHARE_OF_WORK: f64 = 0.005;
-const MOST_GROWTH_OF_WALKS: f64 = 8.0;
-/// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
-const MOST_RAYS_THAT_COUNT: f64 = 5.0;
 /// Chains traced for elements.
 const CHAINS: usize = 1024;
 /// Chains traced for what leaves the scene.
@@ -57,8 +54,6 @@ const MOST_LOOKS: f64 = 4096.0;
 const WORTH_ANOTHER: f64 = 2.0;
 /// Share of the squared error that direct light may have, for that.
 const SHARE_OF_ERROR: f64 = 0.5;
-/// Numbers of the parts of a pilot's stream that its walks take, from this one on.
-const WALK_PARTS: u32 = 32;
 /// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
 /// prove that there is none.
 const LEAST_RAY_SHARE: f64 = 0.02;
@@ -71,6 +66,9 @@ const LEAST_RAYS_PER_PASS: f64 = 0.1;
 /// (Measured: 18 ns each, one thread, beside 0.3 µs of a ray.)
 pub const WEIGHED_PER_RAY: f64 = 16.0;
 
+/// Time of a ray between a place and a neighbour that shares it, over that of any ray, about. (Measured: 0.037 µs beside 0.13 in an office.)
+const WORK_OF_A_SHARING_RAY: f64 = 0.55;
+
 /// What one sample of one part of a map costs and how it scatters.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PartCost {
@@ -78,6 +76,8 @@ pub struct PartCost {
     pub variance: f64,
     /// Rays of an entry.
     pub rays: f64,
+    /// Of these, those between places and neighbours that share them (`estimators::neighbours`): short and alike, they take less time.
+    pub sharing_rays: f64,
     /// What it takes beside them to choose among luminaires, in rays.
     pub choosing: f64,
     /// Weighted mean of the part in lx.
@@ -90,6 +90,28 @@ impl PartCost {
     /// The same of entries that show so many numbers each.
     pub fn times(self, numbers: f64) -> PartCost {
         PartCost { variance: self.variance * numbers, ..self }
+    }
+
+    /// Work of an entry, in rays that take their full time; choosing among luminaires left out.
+    pub fn work(&self) -> f64 {
+        self.rays - (1.0 - WORK_OF_A_SHARING_RAY) * self.sharing_rays
+    }
+}
+
+/// What a sample of indirect light costs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct IndirectCost {
+    /// If every entry counts its own samples alone.
+    pub alone: PartCost,
+    /// If neighbours share what their walks meet in the way that takes the least work.
+    pub shared: PartCost,
+    pub sharing: Sharing,
+}
+
+impl IndirectCost {
+    /// Of entries that share nothing.
+    pub fn alone(cost: PartCost) -> IndirectCost {
+        IndirectCost { alone: cost, shared: cost, sharing: Sharing::default() }
     }
 }
 
@@ -201,64 +223,28 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
 ///
 /// `direct_mean_lx` is the mean of its direct light where the target binds the map: then a pilot of walks takes its share of the work.
-pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements, direct_mean_lx: Option<f64>) -> PartCost {
+pub fn indirect_cost(
+    context: &Context,
+    kind: MapKind,
+    elements: &Elements,
+    direct_mean_lx: Option<f64>,
+) -> IndirectCost {
     let (stage, scene) = (context.stage, context.scene);
     if !stage.reflects() {
-        return PartCost::default();
+        return IndirectCost::alone(PartCost::default());
     }
     match kind {
         MapKind::Elements => {
             let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 1);
-            chain_cost(context, elements, &mut stream)
+            IndirectCost::alone(chain_cost(context, elements, &mut stream))
         }
         MapKind::Receivers(set) => {
             if let Some(table) = scene.receivers[set].intensity_table() {
-                return leaving_cost(context, set, table);
+                return IndirectCost::alone(leaving_cost(context, set, table));
             }
-            let walks = samples_of_a_site(context, set, WALKS);
-            let first = walk_cost(context, set, walks, WALK_PARTS);
-            match direct_mean_lx {
-                Some(direct_mean_lx) => walked_more(context, set, first, walks, direct_mean_lx),
-                None => first,
-            }
+            walks::cost(context, set, direct_mean_lx)
         }
     }
-}
-
-/// Measures so many walks from points of a set, by numbers of a part of their own.
-fn walk_cost(context: &Context, set: usize, walks: u64, part: u32) -> PartCost {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
-        let mut cut = Cut::default();
-        let mut site = Sites::default();
-        site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
-        site.weighed = cut.weighed as f64;
-        site
-    };
-    let mut sites = Sites::default();
-    over_receivers(context, set, part, walk_from, |site| {
-        sites.merge(&site);
-        sites.rays < ENOUGH_RAYS as f64
-    });
-    sites.cost()
-}
-
-/// The same by more walks, until these took their share of the work to the target.
-fn walked_more(context: &Context, set: usize, first: PartCost, mut walks: u64, direct_mean_lx: f64) -> PartCost {
-    let entries = context.scene.receivers[set].points.len() as f64;
-    let (mut cost, mut all_rays) = (first, first.pilot_rays);
-    for part in WALK_PARTS + 1.. {
-        let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
-        let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
-        let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / cost.pilot_rays as f64;
-        if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
-            break;
-        }
-        walks = (walks as f64 * growth.min(MOST_GROWTH_OF_WALKS)) as u64;
-        cost = walk_cost(context, set, walks, part);
-        all_rays += cost.pilot_rays;
-    }
-    PartCost { pilot_rays: all_rays, ..cost }
 }
 
 /// Measures walks from random points of elements, of which such shares are exposed; empty where elements count as they are.
@@ -388,6 +374,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     PartCost {
         variance: variance / chains,
         rays: rays as f64 / chains / count as f64,
+        sharing_rays: 0.0,
         choosing: 0.0,
         mean_lx: sum_lm / chains / area_m2,
         pilot_rays: rays,
@@ -420,6 +407,7 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
     PartCost {
         variance: variance / chains,
         rays: rays as f64 / chains / points.len() as f64,
+        sharing_rays: 0.0,
         choosing: 0.0,
         mean_lx: flux_lm * left / chains / all_sr,
         pilot_rays: rays,
@@ -477,6 +465,7 @@ impl Sites {
         PartCost {
             variance: self.variance / weight,
             rays: self.rays / self.samples.max(1.0),
+            sharing_rays: 0.0,
             choosing: self.weighed / WEIGHED_PER_RAY / self.samples.max(1.0),
             mean_lx: self.sum_lx / weight,
             pilot_rays: self.rays as u64,
@@ -494,7 +483,7 @@ mod tests {
     use crate::scene::Scene;
 
     /// A room with a lamp and a grid of receivers.
-    fn room_with(grid: &str) -> Scene {
+    pub(super) fn room_with(grid: &str) -> Scene {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
             "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }} ],
@@ -512,33 +501,9 @@ mod tests {
         let stage = Stage::new(&scene);
         let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
             let context = Context { time_left, ..Context::of_a_test(&scene, &stage, 3) };
-            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), None).pilot_rays
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), None).shared.pilot_rays
         };
         let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];
         assert!(usual > 500 && in_haste > 0 && 50 * in_haste < usual, "{usual}, {in_haste}");
-    }
-
-    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of
-    /// a map that none binds, or where little time is left, they take no more than anyway.
-    #[test]
-    fn a_pilot_takes_its_share_of_the_work() {
-        let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);
-        let stage = Stage::new(&scene);
-        let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
-            let time_left = &move || time_left;
-            let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &stage, 3) };
-            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean_lx)
-        };
-        let anyway = cost(0.01, TimeLeft::Enough, None).pilot_rays;
-        for target_error in [0.002, 0.001] {
-            let found = cost(target_error, TimeLeft::Enough, Some(0.0));
-            let error_lx = target_error * found.mean_lx;
-            let work = found.variance * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
-            let share = found.pilot_rays as f64 / work;
-            assert!(found.pilot_rays > 4 * anyway, "{} beside {anyway}", found.pilot_rays);
-            assert!((0.5 * SHARE_OF_WORK..2.0 * SHARE_OF_WORK).contains(&share), "{share} to {target_error}");
-        }
-        assert_eq!(cost(0.001, TimeLeft::Enough, None).pilot_rays, anyway);
-        assert_eq!(cost(0.001, TimeLeft::Little, Some(0.0)).pilot_rays, anyway);
     }
 }

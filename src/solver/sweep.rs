@@ -3,22 +3,21 @@
 //! A task is one replica (and for receivers a chunk of points); it writes to slabs of its own and draws from streams
 //! keyed by what it does, so that the sums do not depend on threads.
 
+mod walks;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+pub use self::walks::{PointWalks, walks_from_points};
 use super::adapt::{Adaptive, add_direct};
-use super::allotment::Allotment;
-use super::guide::Guide;
 use super::job::{Context, Ends};
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
-use crate::estimators::reception::{DirectLook, sample_reflected_lx};
-use crate::estimators::walk::sample_guided_lx;
+use crate::estimators::reception::DirectLook;
 use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
-use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
 
@@ -302,85 +301,6 @@ pub fn direct_at_points(
         rays += chunk_rays;
     }
     rays
-}
-
-/// Walks that start from the points of a set.
-pub struct PointWalks<'a> {
-    /// The receiver set.
-    pub set: usize,
-    /// Number of the streams: walks that begin anew draw anew.
-    pub number: u32,
-    /// How many a point takes in a pass.
-    pub allotment: &'a Allotment,
-}
-
-/// Passes of walks from a range of points, their first directions by a guide, if there is one, which learns what they bring; returns the
-/// rays traced. A pass scores the mean of a point's walks.
-pub fn walks_from_points(
-    context: &Context,
-    PointWalks { set, number, allotment }: PointWalks,
-    map: &mut ReplicaMap,
-    guide: Option<&mut Guide>,
-    points: Range<usize>,
-    passes: Range<u64>,
-) -> u64 {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    let receivers = &context.scene.receivers[set].points;
-    map.fix_indirect_levels(points.clone());
-    let (whole, levels, guided) = (&map.scores[1], &map.levels[1], guide.as_deref());
-    let chunks: Vec<(usize, usize, &mut [f64])> = map
-        .indirect
-        .iter_mut()
-        .enumerate()
-        .flat_map(|(replica, slab)| {
-            let first = points.start;
-            let chunks = slab[points.clone()].chunks_mut(POINTS_PER_CHUNK).enumerate();
-            chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
-        })
-        .collect();
-    let walked = chunks.into_par_iter().with_max_len(1).map(|(replica, first, sums)| {
-        let mut rays = 0;
-        let mut scores = PartScores::for_task(whole);
-        let mut cut = Cut::default();
-        let mut stream = Stream::new(context.seed, Purpose::Walks, number, replica as u32);
-        let mut first_rays = Vec::new();
-        for (offset, sum_lx) in sums.iter_mut().enumerate() {
-            let (entry, point) = (first + offset, &receivers[first + offset]);
-            if point.inside {
-                continue;
-            }
-            let origin = stage.tracer.side_origin(point.position_m, point.normal);
-            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-            let density = guided.and_then(|guide| guide.density_at(entry));
-            let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
-            let walks = allotment.of(entry);
-            for pass in passes.clone() {
-                let mut found_lx = 0.0;
-                for walk in pass * walks..(pass + 1) * walks {
-                    stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
-                    let (lx, walk_rays) = if guided.is_some() {
-                        let (lx, ray, rays) = sample_guided_lx(stage, &receiver, density, &mut cut, &mut stream);
-                        first_rays.push((entry as u32, ray));
-                        (lx, rays)
-                    } else {
-                        sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream)
-                    };
-                    found_lx += lx;
-                    rays += walk_rays;
-                }
-                let lx = found_lx / walks as f64;
-                *sum_lx += lx;
-                entry_scores.add(lx);
-            }
-        }
-        ((rays, scores), first_rays)
-    });
-    let (done, first_rays): (Vec<_>, Vec<_>) = walked.collect::<Vec<_>>().into_iter().unzip();
-    if let Some(guide) = guide {
-        let first_rays = first_rays.into_iter().flatten();
-        first_rays.for_each(|(entry, ray)| guide.add(entry as usize, ray.bin, ray.arriving_lx));
-    }
-    merged(&mut map.scores[1], done)
 }
 
 /// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.

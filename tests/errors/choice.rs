@@ -56,19 +56,19 @@ fn rays(scene: &Scene, method: Method, seeds: u64, target_error: f64) -> f64 {
 fn few_points_are_estimated_locally_where_that_is_the_cheapest() {
     const SEEDS: u64 = 8;
     let room = room(|_| ());
-    let of = |method| rays(&room, method, SEEDS, 0.01);
+    let of = |method| rays(&room, method, SEEDS, 0.003);
     let [auto, walks, gathering, local] = [Method::Auto, Method::Collision, Method::Gather, Method::Local].map(of);
     let best = walks.min(gathering).min(local);
     assert!(auto <= MOST_RATIO * best, "nine points: {auto} by auto, {walks}, {gathering}, {local}");
     assert!(walks > MOST_RATIO * best && gathering > MOST_RATIO * best, "faults passed: {walks}, {gathering}, {local}");
-    let map = &run(&room, Method::Auto, 0, 0.01).maps[0];
+    let map = &run(&room, Method::Auto, 0, 0.003).maps[0];
     assert_eq!(map.method, "local");
     for weighed in ["by walks", "by local estimation", "gathering"] {
         assert!(map.method_reason.contains(weighed), "{weighed}: {}", map.method_reason);
     }
 
     let planes = scene_of(PLANES);
-    let of = |method| rays(&planes, method, SEEDS, 0.01);
+    let of = |method| rays(&planes, method, SEEDS, 0.003);
     let [auto, walks, local] = [Method::Auto, Method::Collision, Method::Local].map(of);
     assert!(auto <= MOST_RATIO * walks.min(local), "Sobolev's planes: {auto} by auto, {walks}, {local}");
     assert!(walks > MOST_RATIO * local, "the fault passed: {walks}, {local}");
@@ -77,9 +77,19 @@ fn few_points_are_estimated_locally_where_that_is_the_cheapest() {
 }
 
 #[test]
-fn the_office_is_gathered_and_gloss_is_not_connected() {
+fn the_office_walks_a_white_room_is_gathered_and_gloss_is_not_connected() {
     let office = run(&scene("office.json"), Method::Auto, 0, 0.01);
-    assert_eq!(office.maps[0].method, "gather", "{}", office.maps[0].method_reason);
+    assert_eq!(office.maps[0].method, "walk", "{}", office.maps[0].method_reason);
+    assert!(office.maps[0].method_reason.contains("by gathering"), "{}", office.maps[0].method_reason);
+    let white = scene_of(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.98 } },
+          "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [8,6,3], "facing": "inward", "material": "m" },
+            { "name": "table", "type": "box", "min": [2,2,0], "max": [4,3,0.7], "material": "m" } ],
+          "luminaires": [ { "name": "a", "type": "point", "position": [4,3,2.2], "luminous_flux_lm": 1000 } ],
+          "receivers": [ { "name": "floor", "type": "grid", "origin": [0.2,0.2,1], "u": [7.6,0,0], "v": [0,5.6,0], "columns": 24, "rows": 16 } ] }"#,
+    );
+    let white = run(&white, Method::Auto, 0, 0.003);
+    assert_eq!(white.maps[0].method, "gather", "{}", white.maps[0].method_reason);
 
     let glossy = room(|scene| {
         scene["materials"]["floor"] = serde_json::json!(
@@ -148,12 +158,12 @@ fn amid_many_luminaires_choosing_them_counts_as_work() {
 #[test]
 fn a_map_taken_by_choice_is_the_map_of_the_method() {
     let planes = scene_of(PLANES);
-    let [auto, local] = [Method::Auto, Method::Local].map(|method| run(&planes, method, 5, 0.01));
+    let [auto, local] = [Method::Auto, Method::Local].map(|method| run(&planes, method, 5, 0.003));
     assert_eq!(auto.maps[0].method, "local");
     assert_eq!(auto.maps[0].values.illuminance_lx, local.maps[0].values.illuminance_lx);
 }
 
-/// Sobolev's 31 points to 1 % by auto against the exact values, 60 seeds from 1000 on (300 in the slow run). Each target is
+/// Sobolev's 31 points to 0.3 % by auto against the exact values, 60 seeds from 1000 on (300 in the slow run). Each target is
 /// truly met in at least 53 of 60 (278 of 300; α = 1 % for a rule that keeps 95 %). |z| is inside the 95.4 % quantile of
 /// Student's t of 15 degrees in 95.4 % ± 3 % (± 2 %). The mean is within 3.3 of its own standard errors (α = 0.1 %), and a
 /// truth of 1 % more reflected light, the planted fault, is beyond them.
@@ -168,10 +178,10 @@ fn errors_of_a_map_taken_by_choice_hold() {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (mut met, mut inside, mut means, mut local) = (0, 0, Vec::new(), 0);
     for seed in 1000..1000 + seeds {
-        let map = run(&planes, Method::Auto, seed, 0.01).maps.swap_remove(0);
+        let map = run(&planes, Method::Auto, seed, 0.003).maps.swap_remove(0);
         let (values, errors) = (&map.values.illuminance_lx, &map.values.standard_error_lx);
         let squares: Vec<f64> = values.iter().zip(&truth_lx).map(|(value, truth)| (value - truth).powi(2)).collect();
-        met += usize::from(mean(&squares).sqrt() <= 0.01 * mean(&truth_lx));
+        met += usize::from(mean(&squares).sqrt() <= 0.003 * mean(&truth_lx));
         inside += (0..31).filter(|i| squares[*i].sqrt() <= T15_QUANTILE_95_4 * errors[*i]).count();
         means.push(mean(values));
         local += usize::from(map.method == "local");

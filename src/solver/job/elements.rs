@@ -52,7 +52,7 @@ impl Job {
             let numbers = self.numbers_per_site();
             self.costs.direct =
                 direct_cost(context, self.kind, &self.elements, self.adapting.adaptive.as_ref()).0.times(numbers);
-            self.costs.indirect = indirect_cost(context, self.kind, &self.elements, None).times(numbers);
+            self.costs.indirect = indirect_cost(context, self.kind, &self.elements, None).shared.times(numbers);
         }
         let found = match found {
             Refinement::OfDirect => self.keep_gathered(context),

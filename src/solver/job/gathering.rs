@@ -9,8 +9,9 @@ use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
 use crate::solver::broad::Broad;
-use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress, regions_of};
+use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
+use crate::solver::regions::regions_of;
 use crate::solver::spending::Activity;
 
 /// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.

@@ -6,12 +6,12 @@ use super::connecting::Offered;
 use super::forecast::BeforeCut;
 use super::gathering::GatheringGoal;
 use crate::control::GatheringGrowth;
+use crate::estimators::neighbours::Sharing;
 use crate::maps::{History, Judgement, StatisticalCheck};
 use crate::solver::adapt::{Adaptive, Cutting, Loss};
 use crate::solver::allotment::Allotment;
 use crate::solver::broad::Broad;
 use crate::solver::gathering::GatheringProgress;
-use crate::solver::guide::Guide;
 use crate::solver::local::LocalPlan;
 use crate::solver::pace::SliceSizes;
 use crate::solver::pilot::PartCost;
@@ -106,10 +106,10 @@ pub struct AdaptingState {
 /// Of a map that walks.
 #[derive(Serialize, Deserialize)]
 pub struct WalkingState {
-    /// What its walks have learned of the directions that light comes from.
-    pub guide: Option<Guide>,
     /// Walks of each point in a pass.
     pub allotment: Allotment,
+    /// How neighbours share what their walks meet first.
+    pub sharing: Sharing,
     /// How often walks have begun anew.
     pub beginnings: u32,
     /// Work to the target over what even walks would take: what sharing them out has brought, and what it is expected to bring.
@@ -119,7 +119,13 @@ pub struct WalkingState {
 
 impl Default for WalkingState {
     fn default() -> WalkingState {
-        WalkingState { guide: None, allotment: Allotment::default(), beginnings: 0, brought: 1.0, to_come: 1.0 }
+        WalkingState {
+            allotment: Allotment::default(),
+            sharing: Sharing::default(),
+            beginnings: 0,
+            brought: 1.0,
+            to_come: 1.0,
+        }
     }
 }
 

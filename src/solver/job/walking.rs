@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use super::{Context, Engine, Job, Method, Tally, after_sweep, slice_of_sweep};
+use super::{Context, Engine, Job, Tally, after_sweep, slice_of_sweep};
 use crate::maps::{MapKind, half_squares};
-use crate::solver::gathering::regions_of;
-use crate::solver::guide::Guide;
 use crate::solver::pilot::{DirectShare, PartCost};
+use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK};
 use crate::solver::sweep::{self, PointWalks};
 
 /// Walks are shared out anew where the target takes so many times the work so far: before, little is known of rare bright walks; later, too
@@ -20,26 +19,21 @@ const BEGINNINGS_BIT: u32 = 24;
 impl Job {
     /// A slice of walks from the points of a receiver set, towards a number of passes over them.
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
-        let receivers = &context.scene.receivers[set];
-        let has_guide = context.method == Method::Auto && receivers.quantity.has_one_hemisphere();
-        if has_guide && self.walking.guide.is_none() {
-            let places: Vec<_> = receivers.points.iter().map(|point| (point.position_m, point.normal)).collect();
-            self.walking.guide = Some(Guide::new(regions_of(&places)));
-        }
         let rays = self.share.rays_per_indirect;
         let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
-        let (guide, part) = (self.walking.guide.as_mut(), (entries.clone(), times.clone()));
+        // Neighbours are in one block, and their walks in one slice.
+        let end = if self.walking.sharing.neighbours > 1 {
+            entries.end.next_multiple_of(POINTS_OF_A_BLOCK)
+        } else {
+            entries.end
+        };
+        let entries = entries.start..end.min(self.map.len());
+        let part = (entries.clone(), times.clone());
         let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
-        let walks = PointWalks { set, number, allotment: &self.walking.allotment };
-        self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, guide, part.0, part.1);
+        let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean_lx);
+        let walks = PointWalks { set, number, allotment: &self.walking.allotment, sharing, expected_lx };
+        self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
-    }
-
-    /// Lets the walks to come go where light has come from.
-    pub(super) fn learn_directions(&mut self) {
-        if let Some(guide) = self.walking.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
-            guide.learn();
-        }
     }
 
     /// Shares walks out anew where some points scatter far more than others and the target takes so many times the work so far, which is
@@ -50,7 +44,7 @@ impl Job {
         if !can || self.met || self.looks.refused || !needed.is_finite() || needed < WORK_LEFT.start {
             return;
         }
-        let variances = self.variances_of_walks();
+        let variances = self.variances_of_walks(context);
         if needed >= WORK_LEFT.end {
             let gain = self.walking.allotment.gain(&variances);
             self.walking.to_come = (1.0 / gain + 1.0 / WORK_LEFT.end).min(1.0);
@@ -88,12 +82,24 @@ impl Job {
         self.samples = 0;
     }
 
-    /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor.
-    fn variances_of_walks(&self) -> Vec<[f64; 2]> {
+    /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor. Neighbours that share
+    /// walks take as many each: they have their mean.
+    fn variances_of_walks(&self, context: &Context) -> Vec<[f64; 2]> {
         let variances = |entry: usize| {
             let of_passes = half_squares(|replica| self.map.indirect[replica][entry]);
             of_passes.map(|of_a_pass| self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass)
         };
-        (0..self.map.len()).map(variances).collect()
+        let mut variances: Vec<[f64; 2]> = (0..self.map.len()).map(variances).collect();
+        if let MapKind::Receivers(set) = self.kind
+            && self.walking.sharing.neighbours > 1
+        {
+            let points = &context.scene.receivers[set].points;
+            for group in Groups::of(points, 0..points.len(), self.walking.sharing.neighbours).iter() {
+                let sum = |half: usize| group.iter().map(|entry| variances[*entry as usize][half]).sum::<f64>();
+                let mean = [0, 1].map(|half| sum(half) / group.len() as f64);
+                group.iter().for_each(|entry| variances[*entry as usize] = mean);
+            }
+        }
+        variances
     }
 }

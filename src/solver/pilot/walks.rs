@@ -1,0 +1,298 @@
+//! The pilot of walks from the points of a set: what one costs and how it scatters, alone and where neighbours share what they meet.
+
+use rayon::prelude::*;
+
+use super::{
+    ENOUGH_RAYS, FEWEST_SITES, IndirectCost, LEAST_SAMPLES, LEAST_SAMPLES_OF_ALL, PartCost, SAMPLES_IN_HASTE, Sites,
+    WEIGHED_PER_RAY, WORTH_ANOTHER, is_over, over_receivers, samples_of_a_site,
+};
+use crate::base::scattered::scattered;
+use crate::estimators::direct::Receiver;
+use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
+use crate::estimators::reception::sample_reflected_lx;
+use crate::maps::MapKind;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::Quantity;
+use crate::solver::job::Context;
+use crate::solver::pace::TimeLeft;
+use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
+
+/// Walks at each point, where no neighbours share them.
+const WALKS: u64 = 4;
+/// Points of groups that the pilot looks at, about; walks of all of them, and the fewest and most at each but where points are few.
+const SITES_IN_GROUPS: usize = 512;
+const WALKS_IN_GROUPS: u64 = 1024;
+const FEWEST_WALKS: u64 = 2;
+/// Points that share what their walks meet, at most; and ways in which they may: each for itself, or 2, 4, 8 or 16 of them, with a level or
+/// without, and spots of near luminaires as well or not.
+const MOST_NEIGHBOURS: usize = 16;
+const WAYS: usize = 17;
+/// All is kept and traced that any way needs.
+const ALL: Sharing = Sharing { neighbours: MOST_NEIGHBOURS, is_levelled: true, shares_spots: true };
+/// Groups that walk side by side, before their rays are counted.
+const GROUPS_AT_A_TIME: usize = 2;
+/// They share where that takes less than this part of the work.
+const WORTH_SHARING: f64 = 0.9;
+/// Numbers of the parts of a pilot's stream that its walks take, from this one on.
+const WALK_PARTS: u32 = 32;
+/// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
+/// a few times too little. So many times more at most from one try to the next.
+const SHARE_OF_WORK: f64 = 0.005;
+const MOST_GROWTH_OF_WALKS: f64 = 8.0;
+/// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
+const MOST_RAYS_THAT_COUNT: f64 = 5.0;
+
+/// The ways in which points may share.
+fn ways() -> [Sharing; WAYS] {
+    std::array::from_fn(|way| Sharing {
+        neighbours: 1 << way.div_ceil(4),
+        is_levelled: way > 0 && way % 2 == 0,
+        shares_spots: way > 0 && way.div_ceil(2) % 2 == 0,
+    })
+}
+
+/// Measures walks from a set's points.
+///
+/// `direct_mean_lx` is the mean of its direct light where the target binds the map: then walks take their share of the work.
+pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -> IndirectCost {
+    let receivers = &context.scene.receivers[set];
+    let shares = receivers.points.len() > 1 && receivers.quantity != Quantity::Luminance;
+    let walks = if shares { walks_in_groups(context, set) } else { samples_of_a_site(context, set, WALKS) };
+    let measure = |walks: u64, part: u32| {
+        if shares { cost_in_groups(context, set, walks, part) } else { cost_alone(context, set, walks, part) }
+    };
+    let first = measure(walks, WALK_PARTS);
+    match direct_mean_lx {
+        Some(direct_mean_lx) => by_more_walks(context, set, first, walks, direct_mean_lx, measure),
+        None => first,
+    }
+}
+
+/// The same by more walks, until these took their share of the work to the target.
+fn by_more_walks(
+    context: &Context,
+    set: usize,
+    first: IndirectCost,
+    mut walks: u64,
+    direct_mean_lx: f64,
+    measure: impl Fn(u64, u32) -> IndirectCost,
+) -> IndirectCost {
+    let entries = context.scene.receivers[set].points.len() as f64;
+    let (mut found, mut all_rays) = (first, first.shared.pilot_rays);
+    for part in WALK_PARTS + 1.. {
+        let cost = &found.shared;
+        let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
+        let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
+        let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / cost.pilot_rays as f64;
+        if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
+            break;
+        }
+        walks = (walks as f64 * growth.min(MOST_GROWTH_OF_WALKS)) as u64;
+        found = measure(walks, part);
+        all_rays += found.shared.pilot_rays;
+    }
+    found.shared.pilot_rays = all_rays;
+    found
+}
+
+/// Measures so many walks from each of some points, by numbers of a part of their own.
+fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
+        let mut cut = Cut::default();
+        let mut site = Sites::default();
+        site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+        site.weighed = cut.weighed as f64;
+        site
+    };
+    let mut sites = Sites::default();
+    over_receivers(context, set, part, walk_from, |site| {
+        sites.merge(&site);
+        sites.rays < ENOUGH_RAYS as f64
+    });
+    IndirectCost::alone(sites.cost())
+}
+
+/// Groups of neighbours, spread over a set.
+fn groups_of(context: &Context, set: usize) -> Vec<Vec<u32>> {
+    let points = &context.scene.receivers[set].points;
+    let most = MOST_NEIGHBOURS;
+    let wanted = SITES_IN_GROUPS / most;
+    let blocks = points.len().div_ceil(POINTS_OF_A_BLOCK);
+    let stride = blocks.div_ceil(wanted).max(1);
+    let some_blocks: Vec<usize> = (0..blocks).step_by(stride).collect();
+    let of_a_block = wanted.div_ceil(some_blocks.len().max(1));
+    let of_block = |block: &usize| {
+        let first = block * POINTS_OF_A_BLOCK;
+        let groups = Groups::of(points, first..(first + POINTS_OF_A_BLOCK).min(points.len()), most);
+        let groups: Vec<&[u32]> = groups.iter().collect();
+        let wanted = of_a_block.max(of_a_block * most * groups.len() / (POINTS_OF_A_BLOCK + most));
+        let stride = groups.len().div_ceil(wanted.max(1)).max(1);
+        groups.iter().step_by(stride).map(|group| group.to_vec()).collect::<Vec<_>>()
+    };
+    let mut found: Vec<Vec<u32>> = some_blocks.iter().flat_map(of_block).collect();
+    // Those that are left out where rays are many lie anywhere.
+    let order: Vec<usize> = scattered(found.len()).collect();
+    order.into_iter().map(|group| std::mem::take(&mut found[group])).collect()
+}
+
+/// Walks of each point in these groups.
+fn walks_in_groups(context: &Context, set: usize) -> u64 {
+    if is_over(context) {
+        return SAMPLES_IN_HASTE;
+    }
+    let sites = context.scene.receivers[set].points.len().clamp(1, SITES_IN_GROUPS) as u64;
+    let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
+    (WALKS_IN_GROUPS / sites).clamp(FEWEST_WALKS, WALKS).max(least / sites)
+}
+
+/// Sums over members of groups for each of the ways.
+#[derive(Clone, Copy, Default)]
+struct GroupSums {
+    weight: f64,
+    samples: f64,
+    variance: f64,
+    sum_lx: f64,
+    rays: f64,
+    sharing_rays: f64,
+}
+
+impl GroupSums {
+    fn add(&mut self, other: &GroupSums) {
+        self.weight += other.weight;
+        self.samples += other.samples;
+        self.variance += other.variance;
+        self.sum_lx += other.sum_lx;
+        self.rays += other.rays;
+        self.sharing_rays += other.sharing_rays;
+    }
+
+    fn cost(&self, weighed: f64) -> PartCost {
+        let (weight, samples) = (self.weight.max(f64::MIN_POSITIVE), self.samples.max(1.0));
+        PartCost {
+            variance: self.variance / weight,
+            rays: self.rays / samples,
+            sharing_rays: self.sharing_rays / samples,
+            choosing: weighed / WEIGHED_PER_RAY / samples,
+            mean_lx: self.sum_lx / weight,
+            pilot_rays: self.rays as u64,
+        }
+    }
+}
+
+/// Measures so many walks from each point of some groups of neighbours: what they find alone, and what fewer or more of them find that
+/// share it, from the same walks.
+fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let points = &context.scene.receivers[set].points;
+    let number = MapKind::Receivers(set).number();
+    let walk_from = |group: &Vec<u32>| {
+        let places = group.iter().map(|entry| &points[*entry as usize]);
+        let origins: Vec<_> =
+            places.clone().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
+        let neighbours = places.clone().zip(&origins).map(|(point, origin)| {
+            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin };
+            Neighbour::new(receiver, quantity)
+        });
+        let neighbours: Vec<Neighbour> = neighbours.collect();
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
+        let (mut cut, mut passes, mut rays) = (Cut::default(), Vec::new(), 0);
+        while (passes.len() as u64) < walks {
+            let pass = passes.len() as u64;
+            let seek = |stream: &mut Stream, neighbour: usize, _: u64| {
+                stream.seek(u64::from(group[neighbour]) << 32 | pass);
+            };
+            let mut shared = SharedWalks::default();
+            rays += shared.sample(stage, &neighbours, (1, ALL), (&mut cut, &mut stream), seek);
+            passes.push(shared);
+            if passes.len() as u64 >= FEWEST_WALKS && (rays > ENOUGH_RAYS || is_over(context)) {
+                break;
+            }
+        }
+        let levels = passes.iter().map(SharedWalks::level_lm_m2);
+        let (sum, met) = levels.fold((0.0, 0.0), |(sum, all), (mean, count)| (sum + mean * count, all + count));
+        let level_lm_m2 = sum / f64::max(met, 1.0);
+        let mut found = [GroupSums::default(); WAYS];
+        let mut moments = vec![[[0.0; 2]; WAYS]; group.len()];
+        let mut scores_lx = Vec::new();
+        for shared in &passes {
+            for (way, sharing) in ways().iter().enumerate() {
+                for part in halved(group.len(), sharing.neighbours) {
+                    shared.scores_lx(stage, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
+                    for (moments, lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
+                        moments[way][0] += lx;
+                        moments[way][1] += lx * lx;
+                    }
+                    let [of_walks, of_sharing] = shared.rays(part, *sharing);
+                    found[way].rays += (of_walks + of_sharing) as f64;
+                    found[way].sharing_rays += of_sharing as f64;
+                }
+            }
+        }
+        let count = passes.len() as f64;
+        for (moments, point) in moments.iter().zip(places) {
+            for (found, [sum, squares]) in found.iter_mut().zip(moments) {
+                found.weight += point.weight;
+                found.samples += count;
+                found.sum_lx += point.weight * sum / count;
+                found.variance += point.weight * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
+            }
+        }
+        (found, cut.weighed as f64, rays)
+    };
+    let mut all = [GroupSums::default(); WAYS];
+    let (mut weighed, mut rays, mut sites) = (0.0, 0, 0);
+    let groups = groups_of(context, set);
+    for some in groups.chunks(GROUPS_AT_A_TIME) {
+        let walk_in_time = |(place, group)| (place == 0 || !is_over(context)).then(|| walk_from(group));
+        let found: Vec<_> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
+        for (found, of_choosing, of_group) in found.into_iter().flatten() {
+            all.iter_mut().zip(&found).for_each(|(all, found)| all.add(found));
+            weighed += of_choosing;
+            rays += of_group;
+        }
+        sites += some.iter().map(Vec::len).sum::<usize>();
+        if sites >= FEWEST_SITES && rays > ENOUGH_RAYS || is_over(context) {
+            break;
+        }
+    }
+    let costs = all.map(|found| PartCost { pilot_rays: rays, ..found.cost(weighed) });
+    let work = |cost: &PartCost| cost.variance * (cost.work() + cost.choosing);
+    let best = (0..WAYS).min_by(|one, other| work(&costs[*one]).total_cmp(&work(&costs[*other])));
+    let best = best.filter(|best| work(&costs[*best]) < WORTH_SHARING * work(&costs[0])).unwrap_or(0);
+    IndirectCost { alone: costs[0], shared: costs[best], sharing: ways()[best] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::room_with;
+    use super::*;
+    use crate::chain::Stage;
+    use crate::scene::Elements;
+    use crate::solver::pilot::indirect_cost;
+
+    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of
+    /// a map that none binds, or where little time is left, they take no more than anyway.
+    #[test]
+    fn a_pilot_takes_its_share_of_the_work() {
+        let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);
+        let stage = Stage::new(&scene);
+        let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
+            let time_left = &move || time_left;
+            let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &stage, 3) };
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean_lx).shared
+        };
+        let anyway = cost(0.01, TimeLeft::Enough, None).pilot_rays;
+        for target_error in [0.0005, 0.00025] {
+            let found = cost(target_error, TimeLeft::Enough, Some(0.0));
+            let error_lx = target_error * found.mean_lx;
+            let work = found.variance * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
+            let share = found.pilot_rays as f64 / work;
+            assert!(found.pilot_rays > 4 * anyway, "{} beside {anyway}", found.pilot_rays);
+            assert!((0.5 * SHARE_OF_WORK..2.0 * SHARE_OF_WORK).contains(&share), "{share} to {target_error}");
+        }
+        assert_eq!(cost(0.00025, TimeLeft::Enough, None).pilot_rays, anyway);
+        assert_eq!(cost(0.00025, TimeLeft::Little, Some(0.0)).pilot_rays, anyway);
+    }
+}

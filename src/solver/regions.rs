@@ -1,0 +1,111 @@
+//! Neighbours among places: regions of them, over which walks are pooled, and groups, which share what their walks meet.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::scene::ReceiverPoint;
+
+/// Entries of a region of neighbours, about.
+const ENTRIES_OF_A_REGION: usize = 24;
+/// Consecutive points of a set among which groups are sought: a slice of work does whole blocks.
+pub const POINTS_OF_A_BLOCK: usize = 4096;
+
+/// Divides places with their normals into regions of neighbours.
+pub fn regions_of(places: &[(DVec3, DVec3)]) -> Vec<u32> {
+    let mut regions = vec![0; places.len()];
+    let mut entries: Vec<u32> = (0..places.len() as u32).collect();
+    for (count, part) in (0..).zip(divided(places, &mut entries, ENTRIES_OF_A_REGION)) {
+        entries[part].iter().for_each(|entry| regions[*entry as usize] = count);
+    }
+    regions
+}
+
+/// Entries of points that are not inside of anything, in groups of neighbours.
+pub struct Groups {
+    entries: Vec<u32>,
+    parts: Vec<Range<usize>>,
+}
+
+impl Groups {
+    /// Divides a range of points, block by block, into groups of so many at most.
+    pub fn of(points: &[ReceiverPoint], range: Range<usize>, most: usize) -> Groups {
+        let mut groups = Groups { entries: Vec::with_capacity(range.len()), parts: Vec::new() };
+        for first in range.clone().step_by(POINTS_OF_A_BLOCK) {
+            let block = first..(first + POINTS_OF_A_BLOCK).min(range.end);
+            let outside: Vec<usize> = block.filter(|entry| !points[*entry].inside).collect();
+            let places: Vec<_> =
+                outside.iter().map(|entry| (points[*entry].position_m, points[*entry].normal)).collect();
+            let mut order: Vec<u32> = (0..places.len() as u32).collect();
+            let before = groups.entries.len();
+            let parts = divided(&places, &mut order, most);
+            groups.parts.extend(parts.into_iter().map(|part| before + part.start..before + part.end));
+            groups.entries.extend(order.into_iter().map(|place| outside[place as usize] as u32));
+        }
+        groups
+    }
+
+    /// The groups, one after the other.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> {
+        self.parts.iter().map(|part| &self.entries[part.clone()])
+    }
+}
+
+/// Halves places and halves of them along the longest axis until no part has more than so many; places and normals count alike. Sorts
+/// their numbers by parts.
+fn divided(places: &[(DVec3, DVec3)], entries: &mut [u32], most: usize) -> Vec<Range<usize>> {
+    let mut parts = Vec::new();
+    divide(places, entries, &|count| count <= most, 0, &mut parts);
+    parts
+}
+
+/// Parts of a range that is halved until no part has more than so many: those of [`Groups`] are halved further alike.
+pub fn halved(count: usize, most: usize) -> Vec<Range<usize>> {
+    let mut parts = vec![0..count];
+    while parts.iter().any(|part| part.len() > most.max(1)) {
+        let halves = |part: Range<usize>| {
+            let middle = part.start + part.len() / 2;
+            let is_small = part.len() <= most.max(1);
+            if is_small { vec![part] } else { vec![part.start..middle, middle..part.end] }
+        };
+        parts = parts.into_iter().flat_map(halves).collect();
+    }
+    parts
+}
+
+fn divide(
+    places: &[(DVec3, DVec3)],
+    entries: &mut [u32],
+    is_small: &impl Fn(usize) -> bool,
+    first: usize,
+    parts: &mut Vec<Range<usize>>,
+) {
+    if is_small(entries.len()) {
+        if !entries.is_empty() {
+            parts.push(first..first + entries.len());
+        }
+        return;
+    }
+    let (mut least, mut most) = ([f64::INFINITY; 6], [f64::NEG_INFINITY; 6]);
+    let extent = entries.iter().map(|entry| places[*entry as usize].0);
+    let size_m = extent.clone().fold(DVec3::NEG_INFINITY, DVec3::max) - extent.fold(DVec3::INFINITY, DVec3::min);
+    let size_m = size_m.max_element();
+    let coordinate = |entry: u32, axis: usize| {
+        let (point_m, normal) = places[entry as usize];
+        if axis < 3 { point_m[axis] } else { 2.0 * size_m * normal[axis - 3] }
+    };
+    for entry in entries.iter() {
+        for axis in 0..6 {
+            least[axis] = f64::min(least[axis], coordinate(*entry, axis));
+            most[axis] = f64::max(most[axis], coordinate(*entry, axis));
+        }
+    }
+    let longest = (0..6).max_by(|one, other| (most[*one] - least[*one]).total_cmp(&(most[*other] - least[*other])));
+    let axis = longest.unwrap_or(0);
+    let middle = entries.len() / 2;
+    let by = |one: &u32, other: &u32| coordinate(*one, axis).total_cmp(&coordinate(*other, axis)).then(one.cmp(other));
+    entries.select_nth_unstable_by(middle, by);
+    let (one, other) = entries.split_at_mut(middle);
+    divide(places, one, is_small, first, parts);
+    divide(places, other, is_small, first + middle, parts);
+}

@@ -1,0 +1,181 @@
+//! Walks from the points of a receiver set: each for itself, or shared among neighbours.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{POINTS_PER_CHUNK, merged, stream_index};
+use crate::estimators::direct::Receiver;
+use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
+use crate::estimators::reception::sample_reflected_lx;
+use crate::maps::{PartScores, REPLICAS, ReplicaMap};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::solver::allotment::Allotment;
+use crate::solver::job::Context;
+use crate::solver::regions::Groups;
+
+/// Groups of neighbours that a thread takes at a time.
+const GROUPS_PER_CHUNK: usize = 8;
+
+/// Walks that start from the points of a set.
+pub struct PointWalks<'a> {
+    /// The receiver set.
+    pub set: usize,
+    /// Number of the streams: walks that begin anew draw anew.
+    pub number: u32,
+    /// How many a point takes in a pass.
+    pub allotment: &'a Allotment,
+    /// How neighbours share what their walks meet.
+    pub sharing: Sharing,
+    /// Indirect illuminance of the points in lx, about.
+    pub expected_lx: f64,
+}
+
+/// What leaves places in lm/m², in the mean of so many.
+struct PlaceLevel {
+    sum_lm_m2: f64,
+    count: f64,
+}
+
+impl PlaceLevel {
+    fn mean_lm_m2(&self) -> f64 {
+        self.sum_lm_m2 / self.count
+    }
+
+    fn add(&mut self, (mean_lm_m2, count): (f64, f64)) {
+        self.sum_lm_m2 += count * mean_lm_m2;
+        self.count += count;
+    }
+}
+
+/// Passes of walks from a range of points; returns the rays traced. A pass scores the mean of a point's walks.
+pub fn walks_from_points(
+    context: &Context,
+    walks: PointWalks,
+    map: &mut ReplicaMap,
+    points: Range<usize>,
+    passes: Range<u64>,
+) -> u64 {
+    if walks.sharing.neighbours > 1 {
+        return shared_walks(context, walks, map, (points, passes));
+    }
+    let PointWalks { set, number, allotment, .. } = walks;
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let receivers = &context.scene.receivers[set].points;
+    map.fix_indirect_levels(points.clone());
+    let (whole, levels) = (&map.scores[1], &map.levels[1]);
+    let chunks: Vec<(usize, usize, &mut [f64])> = map
+        .indirect
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(replica, slab)| {
+            let first = points.start;
+            let chunks = slab[points.clone()].chunks_mut(POINTS_PER_CHUNK).enumerate();
+            chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
+        })
+        .collect();
+    let walked = chunks.into_par_iter().with_max_len(1).map(|(replica, first, sums)| {
+        let mut rays = 0;
+        let mut scores = PartScores::for_task(whole);
+        let mut cut = Cut::default();
+        let mut stream = Stream::new(context.seed, Purpose::Walks, number, replica as u32);
+        for (offset, sum_lx) in sums.iter_mut().enumerate() {
+            let (entry, point) = (first + offset, &receivers[first + offset]);
+            if point.inside {
+                continue;
+            }
+            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+            let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
+            let walks = allotment.of(entry);
+            for pass in passes.clone() {
+                let mut found_lx = 0.0;
+                for walk in pass * walks..(pass + 1) * walks {
+                    stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
+                    let (lx, walk_rays) = sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream);
+                    found_lx += lx;
+                    rays += walk_rays;
+                }
+                let lx = found_lx / walks as f64;
+                *sum_lx += lx;
+                entry_scores.add(lx);
+            }
+        }
+        (rays, scores)
+    });
+    let done = walked.collect();
+    merged(&mut map.scores[1], done)
+}
+
+/// The same where neighbours share what their walks meet first; a group's points take the same number of walks.
+fn shared_walks(
+    context: &Context,
+    PointWalks { set, number, allotment, sharing, expected_lx }: PointWalks,
+    map: &mut ReplicaMap,
+    (points, passes): (Range<usize>, Range<u64>),
+) -> u64 {
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let receivers = &context.scene.receivers[set].points;
+    map.fix_indirect_levels(points.clone());
+    let (whole, levels) = (&map.scores[1], &map.levels[1]);
+    let groups = Groups::of(receivers, points, sharing.neighbours);
+    let groups: Vec<&[u32]> = groups.iter().collect();
+    let tasks: Vec<(usize, &[&[u32]])> =
+        (0..REPLICAS).flat_map(|replica| groups.chunks(GROUPS_PER_CHUNK).map(move |some| (replica, some))).collect();
+    let (slabs, samples) = (&map.indirect, map.indirect_samples);
+    // What a replica has found so far is about what leaves the places that it sees.
+    let kept = |replica: usize, group: &[u32]| {
+        let mut level = PlaceLevel { sum_lm_m2: expected_lx, count: 1.0 };
+        for entry in group.iter().map(|entry| *entry as usize) {
+            let passes = samples.of(entry) as f64;
+            level.sum_lm_m2 += slabs[replica][entry];
+            level.count += passes;
+        }
+        level
+    };
+    let walked = tasks.par_iter().with_max_len(1).map(|(replica, groups)| {
+        let mut rays = 0;
+        let mut scores = PartScores::for_task(whole);
+        let (mut cut, mut shared) = (Cut::default(), SharedWalks::default());
+        let mut stream = Stream::new(context.seed, Purpose::Walks, number, *replica as u32);
+        let (mut sums_lx, mut found_lx) = (Vec::new(), Vec::new());
+        for group in *groups {
+            let places = group.iter().map(|entry| &receivers[*entry as usize]);
+            let origins: Vec<_> =
+                places.clone().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
+            let neighbours = places.clone().zip(&origins).map(|(point, origin)| {
+                Neighbour::new(Receiver { point_m: point.position_m, normal: point.normal, origin }, quantity)
+            });
+            let neighbours: Vec<Neighbour> = neighbours.collect();
+            let weights = group.iter().zip(places);
+            let mut group_scores =
+                scores.of_group(weights.map(|(entry, point)| (point.weight, levels.of(*entry as usize))));
+            let first = sums_lx.len();
+            sums_lx.resize(first + group.len(), 0.0);
+            let walks = allotment.of(group[0] as usize);
+            let mut level = kept(*replica, group);
+            let is_levelled = sharing.is_levelled && neighbours.iter().all(Neighbour::draws_evenly);
+            let sharing = Sharing { is_levelled, ..sharing };
+            for pass in passes.clone() {
+                let seek = |stream: &mut Stream, neighbour: usize, walk: u64| {
+                    let (entry, walk) = (group[neighbour] as usize, pass * walks + walk);
+                    stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
+                };
+                rays += shared.sample(stage, &neighbours, (walks, sharing), (&mut cut, &mut stream), seek);
+                shared.scores_lx(stage, (0..group.len(), sharing), level.mean_lm_m2(), &mut found_lx);
+                level.add(shared.level_lm_m2());
+                sums_lx[first..].iter_mut().zip(&found_lx).for_each(|(sum_lx, lx)| *sum_lx += lx);
+                group_scores.add(&found_lx);
+            }
+        }
+        ((rays, scores), sums_lx)
+    });
+    let mut done = Vec::new();
+    for ((replica, groups), (found, sums_lx)) in tasks.iter().zip(walked.collect::<Vec<_>>()) {
+        let slab = &mut map.indirect[*replica];
+        groups.iter().copied().flatten().zip(sums_lx).for_each(|(entry, lx)| slab[*entry as usize] += lx);
+        done.push(found);
+    }
+    merged(&mut map.scores[1], done)
+}
