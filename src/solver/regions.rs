@@ -55,32 +55,34 @@ impl Groups {
 /// their numbers by parts.
 fn divided(places: &[(DVec3, DVec3)], entries: &mut [u32], most: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
-    divide(places, entries, &|count| count <= most, 0, &mut parts);
+    divide(places, entries, most, 0, &mut parts);
     parts
 }
 
-/// Parts of a range that is halved until no part has more than so many: those of [`Groups`] are halved further alike.
+/// Parts of so many places that are halved until none has more than so many: those of [`Groups`] are halved further alike.
 pub fn halved(count: usize, most: usize) -> Vec<Range<usize>> {
-    let mut parts = vec![0..count];
-    while parts.iter().any(|part| part.len() > most.max(1)) {
-        let halves = |part: Range<usize>| {
-            let middle = part.start + part.len() / 2;
-            let is_small = part.len() <= most.max(1);
-            if is_small { vec![part] } else { vec![part.start..middle, middle..part.end] }
-        };
-        parts = parts.into_iter().flat_map(halves).collect();
-    }
+    let mut parts = Vec::new();
+    halve(0..count, most.max(1), &mut parts);
     parts
+}
+
+fn halve(part: Range<usize>, most: usize, parts: &mut Vec<Range<usize>>) {
+    if part.len() <= most {
+        return parts.push(part);
+    }
+    let middle = part.start + part.len() / 2;
+    halve(part.start..middle, most, parts);
+    halve(middle..part.end, most, parts);
 }
 
 fn divide(
     places: &[(DVec3, DVec3)],
     entries: &mut [u32],
-    is_small: &impl Fn(usize) -> bool,
+    most_entries: usize,
     first: usize,
     parts: &mut Vec<Range<usize>>,
 ) {
-    if is_small(entries.len()) {
+    if entries.len() <= most_entries {
         if !entries.is_empty() {
             parts.push(first..first + entries.len());
         }
@@ -106,6 +108,39 @@ fn divide(
     let by = |one: &u32, other: &u32| coordinate(*one, axis).total_cmp(&coordinate(*other, axis)).then(one.cmp(other));
     entries.select_nth_unstable_by(middle, by);
     let (one, other) = entries.split_at_mut(middle);
-    divide(places, one, is_small, first, parts);
-    divide(places, other, is_small, first + middle, parts);
+    divide(places, one, most_entries, first, parts);
+    divide(places, other, most_entries, first + middle, parts);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of 40 × 30 points in rows, of which every seventh is inside of something: each other one is in one group of at most 16, groups lie
+    /// within 6 × 6 steps, and halving a group gives the groups of 8.
+    #[test]
+    fn groups_are_of_neighbours_and_hold_every_point_once() {
+        let point = |index: usize| ReceiverPoint {
+            position_m: DVec3::new((index % 40) as f64, (index / 40) as f64, 1.0),
+            normal: DVec3::Z,
+            weight: 1.0,
+            inside: index.is_multiple_of(7),
+        };
+        let points: Vec<ReceiverPoint> = (0..1200).map(point).collect();
+        let of = |most: usize| Groups::of(&points, 0..1200, most).iter().map(<[u32]>::to_vec).collect::<Vec<_>>();
+        let groups = of(16);
+        let mut entries: Vec<u32> = groups.concat();
+        entries.sort_unstable();
+        assert!(entries.iter().copied().eq((0..1200).filter(|entry| entry % 7 != 0)));
+        for group in &groups {
+            let along = |axis: usize| {
+                let places = group.iter().map(|entry| points[*entry as usize].position_m[axis]);
+                places.clone().fold(f64::MIN, f64::max) - places.fold(f64::MAX, f64::min)
+            };
+            assert!(group.len() <= 16 && along(0) < 6.0 && along(1) < 6.0, "{group:?}");
+        }
+        let sizes = groups.iter().flat_map(|group| halved(group.len(), 8)).map(|part| part.len());
+        assert!(sizes.eq(of(8).iter().map(Vec::len)));
+        assert_eq!(halved(12, 4), [0..3, 3..6, 6..9, 9..12]);
+    }
 }
