@@ -90,7 +90,7 @@ pub struct SharedWalks {
     seen: Vec<PlaceInView>,
     /// What each receiver found that is not shared, in lx.
     own_lx: Vec<f64>,
-    /// Walks of each that found a place to share, by their weights.
+    /// Walks of each that found a place to share; of half cylinders by their weights.
     own_shared: Vec<f64>,
     /// Walks of each.
     walks: u64,
@@ -156,8 +156,9 @@ impl<'a> Neighbour<'a> {
 }
 
 impl SharedWalks {
-    /// Walks from all neighbours, so many from each; places from which no light comes are kept for a level alone. `seek` brings the stream to the numbers of a neighbour's walk, and `tell` hears where
-    /// its first ray went. Returns the rays.
+    /// Walks from all neighbours, so many from each; `seek` brings the stream to the numbers of a neighbour's walk. Returns the rays.
+    ///
+    /// Places from which no light comes are kept for a level alone.
     pub fn sample(
         &mut self,
         stage: &Stage,

@@ -32,20 +32,20 @@ pub struct PointWalks<'a> {
     pub expected_lx: f64,
 }
 
-/// What leaves places in lm/m², in the mean of so many.
-struct PlaceLevel {
-    sum_lm_m2: f64,
-    count: f64,
+/// Indirect illuminance of a group in lx by all scores so far, however slices of work parted them: about what leaves the places that it sees.
+struct GroupLevel {
+    sum_lx: f64,
+    scores: f64,
 }
 
-impl PlaceLevel {
-    fn mean_lm_m2(&self) -> f64 {
-        self.sum_lm_m2 / self.count
+impl GroupLevel {
+    fn mean_lx(&self) -> f64 {
+        self.sum_lx / self.scores
     }
 
-    fn add(&mut self, (mean_lm_m2, count): (f64, f64)) {
-        self.sum_lm_m2 += count * mean_lm_m2;
-        self.count += count;
+    fn add(&mut self, scores_lx: &[f64]) {
+        self.sum_lx += scores_lx.iter().sum::<f64>();
+        self.scores += scores_lx.len() as f64;
     }
 }
 
@@ -124,13 +124,11 @@ fn shared_walks(
     let tasks: Vec<(usize, &[&[u32]])> =
         (0..REPLICAS).flat_map(|replica| groups.chunks(GROUPS_PER_CHUNK).map(move |some| (replica, some))).collect();
     let (slabs, samples) = (&map.indirect, map.indirect_samples);
-    // What a replica has found so far is about what leaves the places that it sees.
-    let kept = |replica: usize, group: &[u32]| {
-        let mut level = PlaceLevel { sum_lm_m2: expected_lx, count: 1.0 };
+    let level_of = |replica: usize, group: &[u32]| {
+        let mut level = GroupLevel { sum_lx: expected_lx, scores: 1.0 };
         for entry in group.iter().map(|entry| *entry as usize) {
-            let passes = samples.of(entry) as f64;
-            level.sum_lm_m2 += slabs[replica][entry];
-            level.count += passes;
+            level.sum_lx += slabs[replica][entry];
+            level.scores += samples.of(entry) as f64;
         }
         level
     };
@@ -154,7 +152,7 @@ fn shared_walks(
             let first = sums_lx.len();
             sums_lx.resize(first + group.len(), 0.0);
             let walks = allotment.of(group[0] as usize);
-            let mut level = kept(*replica, group);
+            let mut level = level_of(*replica, group);
             let is_levelled = sharing.is_levelled && neighbours.iter().all(Neighbour::draws_evenly);
             let sharing = Sharing { is_levelled, ..sharing };
             for pass in passes.clone() {
@@ -163,8 +161,8 @@ fn shared_walks(
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
                 };
                 rays += shared.sample(stage, &neighbours, (walks, sharing), (&mut cut, &mut stream), seek);
-                shared.scores_lx(stage, (0..group.len(), sharing), level.mean_lm_m2(), &mut found_lx);
-                level.add(shared.level_lm_m2());
+                shared.scores_lx(stage, (0..group.len(), sharing), level.mean_lx(), &mut found_lx);
+                level.add(&found_lx);
                 sums_lx[first..].iter_mut().zip(&found_lx).for_each(|(sum_lx, lx)| *sum_lx += lx);
                 group_scores.add(&found_lx);
             }
