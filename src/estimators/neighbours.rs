@@ -22,7 +22,7 @@ use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::Way;
-use crate::scene::Quantity;
+use crate::scene::{Quantity, ReceiverSet};
 
 /// How neighbours share what their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,8 +42,10 @@ impl Default for Sharing {
 }
 
 /// A receiver of illuminance among its neighbours.
-pub struct Neighbour<'a> {
-    receiver: Receiver<'a>,
+pub struct Neighbour {
+    point_m: DVec3,
+    normal: DVec3,
+    origin: Origin,
     quantity: Quantity,
     body: Option<SmallBody>,
 }
@@ -125,27 +127,29 @@ impl Cache for FirstPlace {
     }
 }
 
-impl<'a> Neighbour<'a> {
-    /// A receiver of an illuminance.
-    pub fn new(receiver: Receiver<'a>, quantity: Quantity) -> Neighbour<'a> {
-        Neighbour { receiver, quantity, body: SmallBody::of(quantity) }
+impl Neighbour {
+    /// A receiver of an illuminance at a point.
+    pub fn new(stage: &Stage, (point_m, normal): (DVec3, DVec3), quantity: Quantity) -> Neighbour {
+        let origin = stage.tracer.side_origin(point_m, normal);
+        Neighbour { point_m, normal, origin, quantity, body: SmallBody::of(quantity) }
     }
 
-    /// Whether all its walks have the same weight, so that a level takes nothing from what they tell of it.
-    pub fn draws_evenly(&self) -> bool {
-        !matches!(self.body, Some(SmallBody::HalfCylinder(_)))
+    /// Some points of a set.
+    pub fn group(stage: &Stage, set: &ReceiverSet, entries: &[u32]) -> Vec<Neighbour> {
+        let points = entries.iter().map(|entry| &set.points[*entry as usize]);
+        points.map(|point| Neighbour::new(stage, (point.position_m, point.normal), set.quantity)).collect()
     }
 
     /// A place as it sees it if nothing is in the way; `None` where one does not face the other.
     fn facing(&self, place: &SharedPlace) -> Option<PlaceInView> {
-        let offset_m = place.point_m - self.receiver.point_m;
+        let offset_m = place.point_m - self.point_m;
         let square_m2 = offset_m.length_squared();
         let direction = offset_m / square_m2.sqrt();
         let per_m2 = -place.normal.dot(direction) * FRAC_1_PI / square_m2;
         let [response, drawn] = match self.body {
             Some(body) => [body.response(direction), SmallBody::Cylinder.response(direction)],
             None => {
-                let cosine = self.receiver.normal.dot(direction);
+                let cosine = self.normal.dot(direction);
                 [cosine, cosine]
             }
         };
@@ -190,7 +194,8 @@ impl SharedWalks {
     /// One walk of a neighbour and, where luminaires are near, a packet.
     fn walk(&mut self, stage: &Stage, neighbours: &[Neighbour], owner: usize, cut: &mut Cut, stream: &mut Stream) {
         let neighbour = &neighbours[owner];
-        let (plane, factor) = one_plane(neighbour.quantity, &neighbour.receiver, stream);
+        let receiver = Receiver { point_m: neighbour.point_m, normal: neighbour.normal, origin: &neighbour.origin };
+        let (plane, factor) = one_plane(neighbour.quantity, &receiver, stream);
         let variates = stream.pair();
         let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
         let mut own_lx = factor * mirrored_lx;
@@ -261,7 +266,7 @@ impl SharedWalks {
             let counts = number == owner || is_met || self.sharing.shares_spots;
             let mut seen = if counts { neighbour.facing(&place).unwrap_or_default() } else { PlaceInView::default() };
             if seen.met_per_m2 > 0.0 && !(is_met && number == owner) {
-                let is_hidden = stage.tracer.is_occluded(&place.origin, neighbour.receiver.origin);
+                let is_hidden = stage.tracer.is_occluded(&place.origin, &neighbour.origin);
                 seen = if is_hidden { PlaceInView::default() } else { seen };
                 seen.is_traced = true;
             }
@@ -294,18 +299,23 @@ impl SharedWalks {
                 continue;
             }
             let (seen, owner) = (&seen[part.clone()], place.owner - part.start);
-            let met_per_m2 = walks * seen.iter().map(|seen| seen.met_per_m2).sum::<f64>();
-            if place.is_met && met_per_m2 > 0.0 {
-                let lm = (place.leaving_lm_m2 - level_lm_m2) / met_per_m2;
-                scores_lx.iter_mut().zip(seen).for_each(|(lx, seen)| *lx += seen.received_per_m2 * lm);
+            // By those that share it, beside other samples of the same light by their density.
+            let mut share = |sharers: Range<usize>, lm_m2: f64, others_per_m2: f64| {
+                let met_per_m2 = walks * seen[sharers.clone()].iter().map(|seen| seen.met_per_m2).sum::<f64>();
+                if met_per_m2 > 0.0 {
+                    let lm = lm_m2 / (met_per_m2 + others_per_m2);
+                    let scores_lx = scores_lx[sharers.clone()].iter_mut();
+                    scores_lx.zip(&seen[sharers]).for_each(|(lx, seen)| *lx += seen.received_per_m2 * lm);
+                }
+            };
+            if place.is_met {
+                share(0..seen.len(), place.leaving_lm_m2 - level_lm_m2, 0.0);
             }
-            // docs/methods.md (51)
-            if place.near_lm_m2 > 0.0 && sharing.shares_spots && met_per_m2 > 0.0 {
-                let lm = place.near_lm_m2 / (met_per_m2 + packets * part.len() as f64 * place.lit_per_m2);
-                scores_lx.iter_mut().zip(seen).for_each(|(lx, seen)| *lx += seen.received_per_m2 * lm);
-            } else if place.near_lm_m2 > 0.0 && seen[owner].met_per_m2 > 0.0 {
-                let lm = place.near_lm_m2 / (walks * seen[owner].met_per_m2 + packets * place.lit_per_m2);
-                scores_lx[owner] += seen[owner].received_per_m2 * lm;
+            if place.near_lm_m2 > 0.0 {
+                // docs/methods.md (51)
+                let sharers = if sharing.shares_spots { 0..seen.len() } else { owner..owner + 1 };
+                let others_per_m2 = packets * sharers.len() as f64 * place.lit_per_m2;
+                share(sharers, place.near_lm_m2, others_per_m2);
             }
         }
     }
@@ -345,7 +355,6 @@ mod tests {
 
     const POINTS: usize = 8;
     const APART_M: f64 = 0.27;
-    const ALONE: Sharing = Sharing { neighbours: 1, is_levelled: false, shares_spots: false };
 
     /// A lamp at a height in a room of 2 m; where it is furnished, a block that hides much of it from half of the points, a pane, a
     /// sheet and a mirror.
@@ -403,10 +412,7 @@ mod tests {
         count: u64,
         level: f64,
     ) -> ([[f64; 2]; POINTS], [f64; 2]) {
-        let origins = points(apart_m).map(|(point_m, normal)| stage.tracer.side_origin(point_m, normal));
-        let neighbours: Vec<Neighbour> = (points(apart_m).into_iter().zip(&origins))
-            .map(|((point_m, normal), origin)| Neighbour::new(Receiver { point_m, normal, origin }, quantity))
-            .collect();
+        let neighbours = points(apart_m).map(|point| Neighbour::new(stage, point, quantity));
         let (mut walks, mut cut) = (SharedWalks::default(), Cut::default());
         let mut stream = Stream::new(3, Purpose::Walks, 0, 0);
         let mut parts_lx = Vec::new();
@@ -474,9 +480,9 @@ mod tests {
             let (found, _) = shared(&stage, (Quantity::Perpendicular, 0.08), sharing, 1500, level_lm_m2);
             found.iter().map(|[_, variance]| variance).sum::<f64>()
         };
-        let alone = scatter(ALONE);
-        let without = scatter(Sharing { neighbours: 8, ..ALONE }) / alone;
-        let with = scatter(Sharing { neighbours: 8, is_levelled: true, ..ALONE }) / alone;
+        let alone = scatter(Sharing::default());
+        let without = scatter(Sharing { neighbours: 8, ..Sharing::default() }) / alone;
+        let with = scatter(Sharing { neighbours: 8, is_levelled: true, ..Sharing::default() }) / alone;
         assert!(with < 0.16 && without > 0.2, "{with} {without}");
     }
 }

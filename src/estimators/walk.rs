@@ -237,10 +237,10 @@ fn follow_lm_m2(
         let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
+        let is_first_met = surfaces == 1;
         if let Law::Diffuse(law) = law {
-            let is_first = surfaces == 1;
             let (known_lm_m2, known_rays) =
-                vertex.cached_lm_m2((law.reflectance, is_first), shares, cache, cut, stream);
+                vertex.cached_lm_m2((law.reflectance, is_first_met), shares, cache, cut, stream);
             rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
                 return (sum_lm_m2 + weight * known_lm_m2, rays);
@@ -249,7 +249,7 @@ fn follow_lm_m2(
         let (direct_lm_m2, direct_rays) = match law {
             Law::Diffuse(law) => {
                 let tell = |event: WalkEvent| {
-                    if surfaces == 1 {
+                    if is_first_met {
                         cache.told(&event)
                     }
                 };

@@ -1,4 +1,4 @@
-//! What rays and walks from receivers and elements learn of the directions that light comes from.
+//! What gathering rays and residual walks learn of the directions that light comes from.
 //!
 //! Entries of a region of neighbours share a density of first directions. It is learned at every look from all samples so far, and
 //! holds from then on: what a sample brings in the mean depends on no density, so that the sums stay unbiased and replicas
@@ -65,7 +65,7 @@ impl Guide {
 
     /// Counts what a sample from an entry has brought by way of a bin, in lx, its weight left out.
     #[inline]
-    pub fn add(&mut self, entry: usize, bin: usize, lx: f64) {
+    fn add(&mut self, entry: usize, bin: usize, lx: f64) {
         let Some(region) = self.regions.get(entry) else {
             return;
         };

@@ -27,7 +27,7 @@ use crate::scene::{Elements, IntensityTable};
 const MOST_SITES: usize = 256;
 /// Direct passes at each of them.
 const PASSES: u64 = 4;
-/// Walks at each element.
+/// Walks at each element or point.
 const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
@@ -200,7 +200,7 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVar
 fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f64) {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let (mut ahead_rays, mut points) = (0, 0);
-    let passes = samples_of_a_site(context, set, PASSES);
+    let passes = samples_of_a_site(context, sites_of(context, set), PASSES);
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut scratch = DirectPass::default();
@@ -290,13 +290,13 @@ fn sites_of(context: &Context, set: usize) -> u64 {
     (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
 }
 
-/// Passes, or walks, of each of these points, where usually so many do.
-fn samples_of_a_site(context: &Context, set: usize, usual: u64) -> u64 {
+/// Passes, or walks, of each of so many points, where usually so many do.
+fn samples_of_a_site(context: &Context, sites: u64, usual: u64) -> u64 {
     if is_over(context) {
         return SAMPLES_IN_HASTE;
     }
     let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
-    usual.max(least / sites_of(context, set))
+    usual.max(least / sites)
 }
 
 /// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
@@ -415,13 +415,15 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
 }
 
 /// Summed weighted variance and counted rays of some sites.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Sites {
     weight: f64,
     variance: f64,
     sum_lx: f64,
     samples: f64,
     rays: f64,
+    /// Of these, those between places and neighbours that share them.
+    sharing_rays: f64,
     /// Luminaires and groups that were weighed.
     weighed: f64,
 }
@@ -444,7 +446,11 @@ impl Sites {
                 }
             }
         }
-        let count = taken as f64;
+        self.add_moments(weight, taken as f64, [sum, squares]);
+    }
+
+    /// Adds a site by the sum of its samples and that of their squares.
+    fn add_moments(&mut self, weight: f64, count: f64, [sum, squares]: [f64; 2]) {
         self.weight += weight;
         self.samples += count;
         self.sum_lx += weight * sum / count;
@@ -457,6 +463,7 @@ impl Sites {
         self.sum_lx += other.sum_lx;
         self.samples += other.samples;
         self.rays += other.rays;
+        self.sharing_rays += other.sharing_rays;
         self.weighed += other.weighed;
     }
 
@@ -465,7 +472,7 @@ impl Sites {
         PartCost {
             variance: self.variance / weight,
             rays: self.rays / self.samples.max(1.0),
-            sharing_rays: 0.0,
+            sharing_rays: self.sharing_rays / self.samples.max(1.0),
             choosing: self.weighed / WEIGHED_PER_RAY / self.samples.max(1.0),
             mean_lx: self.sum_lx / weight,
             pilot_rays: self.rays as u64,

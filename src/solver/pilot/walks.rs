@@ -3,31 +3,28 @@
 use rayon::prelude::*;
 
 use super::{
-    ENOUGH_RAYS, FEWEST_SITES, IndirectCost, LEAST_SAMPLES, LEAST_SAMPLES_OF_ALL, PartCost, SAMPLES_IN_HASTE, Sites,
-    WEIGHED_PER_RAY, WORTH_ANOTHER, is_over, over_receivers, samples_of_a_site,
+    ENOUGH_RAYS, FEWEST_SITES, IndirectCost, PartCost, Sites, WALKS, WORTH_ANOTHER, is_over, over_receivers,
+    samples_of_a_site, sites_of,
 };
 use crate::base::scattered::scattered;
+use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::reception::sample_reflected_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::Quantity;
+use crate::scene::{Quantity, ReceiverPoint};
 use crate::solver::job::Context;
 use crate::solver::pace::TimeLeft;
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
 
-/// Walks at each point, where no neighbours share them.
-const WALKS: u64 = 4;
 /// Points of groups that the pilot looks at, about; walks of all of them, and the fewest and most at each but where points are few.
 const SITES_IN_GROUPS: usize = 512;
 const WALKS_IN_GROUPS: u64 = 1024;
 const FEWEST_WALKS: u64 = 2;
-/// Points that share what their walks meet, at most; and ways in which they may: each for itself, or 2, 4, 8 or 16 of them, with a level or
-/// without, and spots of near luminaires as well or not.
+/// Points that share what their walks meet, at most.
 const MOST_NEIGHBOURS: usize = 16;
-const WAYS: usize = 17;
 /// All is kept and traced that any way needs.
 const ALL: Sharing = Sharing { neighbours: MOST_NEIGHBOURS, is_levelled: true, shares_spots: true };
 /// Groups that walk side by side, before their rays are counted.
@@ -43,13 +40,18 @@ const MOST_GROWTH_OF_WALKS: f64 = 8.0;
 /// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
 const MOST_RAYS_THAT_COUNT: f64 = 5.0;
 
-/// The ways in which points may share.
-fn ways() -> [Sharing; WAYS] {
-    std::array::from_fn(|way| Sharing {
-        neighbours: 1 << way.div_ceil(4),
-        is_levelled: way > 0 && way % 2 == 0,
-        shares_spots: way > 0 && way.div_ceil(2) % 2 == 0,
-    })
+/// The ways in which points may share: each for itself, or 2, 4, 8 or 16 of them, with a level or without, and where luminaires are near
+/// their spots as well or not.
+fn ways(stage: &Stage) -> Vec<Sharing> {
+    let mut ways = vec![Sharing::default()];
+    let mut neighbours = 2;
+    while neighbours <= MOST_NEIGHBOURS {
+        for shares_spots in [false, true].into_iter().filter(|shares| !shares || stage.near_lights.is_some()) {
+            ways.extend([false, true].map(|is_levelled| Sharing { neighbours, is_levelled, shares_spots }));
+        }
+        neighbours *= 2;
+    }
+    ways
 }
 
 /// Measures walks from a set's points.
@@ -58,7 +60,12 @@ fn ways() -> [Sharing; WAYS] {
 pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -> IndirectCost {
     let receivers = &context.scene.receivers[set];
     let shares = receivers.points.len() > 1 && receivers.quantity != Quantity::Luminance;
-    let walks = if shares { walks_in_groups(context, set) } else { samples_of_a_site(context, set, WALKS) };
+    let walks = if shares {
+        let sites = receivers.points.len().min(SITES_IN_GROUPS) as u64;
+        samples_of_a_site(context, sites, (WALKS_IN_GROUPS / sites).clamp(FEWEST_WALKS, WALKS))
+    } else {
+        samples_of_a_site(context, sites_of(context, set), WALKS)
+    };
     let measure = |walks: u64, part: u32| {
         if shares { cost_in_groups(context, set, walks, part) } else { cost_alone(context, set, walks, part) }
     };
@@ -114,88 +121,30 @@ fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectC
     IndirectCost::alone(sites.cost())
 }
 
-/// Groups of neighbours, spread over a set.
-fn groups_of(context: &Context, set: usize) -> Vec<Vec<u32>> {
-    let points = &context.scene.receivers[set].points;
-    let most = MOST_NEIGHBOURS;
-    let wanted = SITES_IN_GROUPS / most;
+/// Groups of neighbours, spread over a set: those that are left out where rays are many lie anywhere.
+fn groups_of(points: &[ReceiverPoint]) -> Vec<Vec<u32>> {
+    let wanted = SITES_IN_GROUPS / MOST_NEIGHBOURS;
     let blocks = points.len().div_ceil(POINTS_OF_A_BLOCK);
-    let stride = blocks.div_ceil(wanted).max(1);
-    let some_blocks: Vec<usize> = (0..blocks).step_by(stride).collect();
+    let some_blocks = (0..blocks).step_by(blocks.div_ceil(wanted).max(1));
     let of_a_block = wanted.div_ceil(some_blocks.len().max(1));
-    let of_block = |block: &usize| {
+    let of_block = |block: usize| {
         let first = block * POINTS_OF_A_BLOCK;
-        let groups = Groups::of(points, first..(first + POINTS_OF_A_BLOCK).min(points.len()), most);
-        let groups: Vec<&[u32]> = groups.iter().collect();
-        let wanted = of_a_block.max(of_a_block * most * groups.len() / (POINTS_OF_A_BLOCK + most));
-        let stride = groups.len().div_ceil(wanted.max(1)).max(1);
-        groups.iter().step_by(stride).map(|group| group.to_vec()).collect::<Vec<_>>()
+        let groups = Groups::of(points, first..(first + POINTS_OF_A_BLOCK).min(points.len()), MOST_NEIGHBOURS);
+        let stride = groups.iter().len().div_ceil(of_a_block).max(1);
+        groups.iter().step_by(stride).map(<[u32]>::to_vec).collect::<Vec<_>>()
     };
-    let mut found: Vec<Vec<u32>> = some_blocks.iter().flat_map(of_block).collect();
-    // Those that are left out where rays are many lie anywhere.
-    let order: Vec<usize> = scattered(found.len()).collect();
-    order.into_iter().map(|group| std::mem::take(&mut found[group])).collect()
-}
-
-/// Walks of each point in these groups.
-fn walks_in_groups(context: &Context, set: usize) -> u64 {
-    if is_over(context) {
-        return SAMPLES_IN_HASTE;
-    }
-    let sites = context.scene.receivers[set].points.len().clamp(1, SITES_IN_GROUPS) as u64;
-    let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
-    (WALKS_IN_GROUPS / sites).clamp(FEWEST_WALKS, WALKS).max(least / sites)
-}
-
-/// Sums over members of groups for each of the ways.
-#[derive(Clone, Copy, Default)]
-struct GroupSums {
-    weight: f64,
-    samples: f64,
-    variance: f64,
-    sum_lx: f64,
-    rays: f64,
-    sharing_rays: f64,
-}
-
-impl GroupSums {
-    fn add(&mut self, other: &GroupSums) {
-        self.weight += other.weight;
-        self.samples += other.samples;
-        self.variance += other.variance;
-        self.sum_lx += other.sum_lx;
-        self.rays += other.rays;
-        self.sharing_rays += other.sharing_rays;
-    }
-
-    fn cost(&self, weighed: f64) -> PartCost {
-        let (weight, samples) = (self.weight.max(f64::MIN_POSITIVE), self.samples.max(1.0));
-        PartCost {
-            variance: self.variance / weight,
-            rays: self.rays / samples,
-            sharing_rays: self.sharing_rays / samples,
-            choosing: weighed / WEIGHED_PER_RAY / samples,
-            mean_lx: self.sum_lx / weight,
-            pilot_rays: self.rays as u64,
-        }
-    }
+    let found: Vec<Vec<u32>> = some_blocks.flat_map(of_block).collect();
+    scattered(found.len()).map(|group| found[group].clone()).collect()
 }
 
 /// Measures so many walks from each point of some groups of neighbours: what they find alone, and what fewer or more of them find that
 /// share it, from the same walks.
 fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    let points = &context.scene.receivers[set].points;
+    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     let number = MapKind::Receivers(set).number();
+    let ways = ways(stage);
     let walk_from = |group: &Vec<u32>| {
-        let places = group.iter().map(|entry| &points[*entry as usize]);
-        let origins: Vec<_> =
-            places.clone().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
-        let neighbours = places.clone().zip(&origins).map(|(point, origin)| {
-            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin };
-            Neighbour::new(receiver, quantity)
-        });
-        let neighbours: Vec<Neighbour> = neighbours.collect();
+        let neighbours = Neighbour::group(stage, receivers, group);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
         let (mut cut, mut passes, mut rays) = (Cut::default(), Vec::new(), 0);
         while (passes.len() as u64) < walks {
@@ -213,43 +162,37 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
         let levels = passes.iter().map(SharedWalks::level_lm_m2);
         let (sum, met) = levels.fold((0.0, 0.0), |(sum, all), (mean, count)| (sum + mean * count, all + count));
         let level_lm_m2 = sum / f64::max(met, 1.0);
-        let mut found = [GroupSums::default(); WAYS];
-        let mut moments = vec![[[0.0; 2]; WAYS]; group.len()];
+        let site = Sites { weighed: cut.weighed as f64, ..Sites::default() };
+        let mut found = vec![site; ways.len()];
         let mut scores_lx = Vec::new();
-        for shared in &passes {
-            for (way, sharing) in ways().iter().enumerate() {
-                for part in halved(group.len(), sharing.neighbours) {
-                    shared.scores_lx(stage, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
-                    for (moments, lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
-                        moments[way][0] += lx;
-                        moments[way][1] += lx * lx;
-                    }
-                    let [of_walks, of_sharing] = shared.rays(part, *sharing);
-                    found[way].rays += (of_walks + of_sharing) as f64;
-                    found[way].sharing_rays += of_sharing as f64;
+        for (found, sharing) in found.iter_mut().zip(&ways) {
+            let mut moments = vec![[0.0; 2]; group.len()];
+            for (shared, part) in passes
+                .iter()
+                .flat_map(|shared| halved(group.len(), sharing.neighbours).into_iter().map(move |part| (shared, part)))
+            {
+                shared.scores_lx(stage, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
+                for ([sum, squares], lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
+                    *sum += lx;
+                    *squares += lx * lx;
                 }
+                let [of_walks, of_sharing] = shared.rays(part, *sharing);
+                found.rays += (of_walks + of_sharing) as f64;
+                found.sharing_rays += of_sharing as f64;
+            }
+            for (moments, entry) in moments.into_iter().zip(group) {
+                found.add_moments(receivers.points[*entry as usize].weight, passes.len() as f64, moments);
             }
         }
-        let count = passes.len() as f64;
-        for (moments, point) in moments.iter().zip(places) {
-            for (found, [sum, squares]) in found.iter_mut().zip(moments) {
-                found.weight += point.weight;
-                found.samples += count;
-                found.sum_lx += point.weight * sum / count;
-                found.variance += point.weight * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
-            }
-        }
-        (found, cut.weighed as f64, rays)
+        (found, rays)
     };
-    let mut all = [GroupSums::default(); WAYS];
-    let (mut weighed, mut rays, mut sites) = (0.0, 0, 0);
-    let groups = groups_of(context, set);
-    for some in groups.chunks(GROUPS_AT_A_TIME) {
+    let mut all = vec![Sites::default(); ways.len()];
+    let (mut rays, mut sites) = (0, 0);
+    for some in groups_of(&receivers.points).chunks(GROUPS_AT_A_TIME) {
         let walk_in_time = |(place, group)| (place == 0 || !is_over(context)).then(|| walk_from(group));
         let found: Vec<_> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
-        for (found, of_choosing, of_group) in found.into_iter().flatten() {
-            all.iter_mut().zip(&found).for_each(|(all, found)| all.add(found));
-            weighed += of_choosing;
+        for (found, of_group) in found.into_iter().flatten() {
+            all.iter_mut().zip(&found).for_each(|(all, found)| all.merge(found));
             rays += of_group;
         }
         sites += some.iter().map(Vec::len).sum::<usize>();
@@ -257,18 +200,17 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
             break;
         }
     }
-    let costs = all.map(|found| PartCost { pilot_rays: rays, ..found.cost(weighed) });
-    let work = |cost: &PartCost| cost.variance * (cost.work() + cost.choosing);
-    let best = (0..WAYS).min_by(|one, other| work(&costs[*one]).total_cmp(&work(&costs[*other])));
-    let best = best.filter(|best| work(&costs[*best]) < WORTH_SHARING * work(&costs[0])).unwrap_or(0);
-    IndirectCost { alone: costs[0], shared: costs[best], sharing: ways()[best] }
+    let cost = |way: usize| PartCost { pilot_rays: rays, ..all[way].cost() };
+    let work = |way: usize| cost(way).variance * (cost(way).work() + cost(way).choosing);
+    let best = (0..ways.len()).min_by(|one, other| work(*one).total_cmp(&work(*other)));
+    let best = best.filter(|best| work(*best) < WORTH_SHARING * work(0)).unwrap_or(0);
+    IndirectCost { alone: cost(0), shared: cost(best), sharing: ways[best] }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::room_with;
     use super::*;
-    use crate::chain::Stage;
     use crate::scene::Elements;
     use crate::solver::pilot::indirect_cost;
 

@@ -115,11 +115,10 @@ fn shared_walks(
     map: &mut ReplicaMap,
     (points, passes): (Range<usize>, Range<u64>),
 ) -> u64 {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    let receivers = &context.scene.receivers[set].points;
+    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);
-    let groups = Groups::of(receivers, points, sharing.neighbours);
+    let groups = Groups::of(&receivers.points, points, sharing.neighbours);
     let groups: Vec<&[u32]> = groups.iter().collect();
     let tasks: Vec<(usize, &[&[u32]])> =
         (0..REPLICAS).flat_map(|replica| groups.chunks(GROUPS_PER_CHUNK).map(move |some| (replica, some))).collect();
@@ -139,22 +138,14 @@ fn shared_walks(
         let mut stream = Stream::new(context.seed, Purpose::Walks, number, *replica as u32);
         let (mut sums_lx, mut found_lx) = (Vec::new(), Vec::new());
         for group in *groups {
-            let places = group.iter().map(|entry| &receivers[*entry as usize]);
-            let origins: Vec<_> =
-                places.clone().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
-            let neighbours = places.clone().zip(&origins).map(|(point, origin)| {
-                Neighbour::new(Receiver { point_m: point.position_m, normal: point.normal, origin }, quantity)
-            });
-            let neighbours: Vec<Neighbour> = neighbours.collect();
-            let weights = group.iter().zip(places);
+            let neighbours = Neighbour::group(stage, receivers, group);
+            let weights = group.iter().map(|entry| *entry as usize);
             let mut group_scores =
-                scores.of_group(weights.map(|(entry, point)| (point.weight, levels.of(*entry as usize))));
+                scores.of_group(weights.map(|entry| (receivers.points[entry].weight, levels.of(entry))));
             let first = sums_lx.len();
             sums_lx.resize(first + group.len(), 0.0);
             let walks = allotment.of(group[0] as usize);
             let mut level = level_of(*replica, group);
-            let is_levelled = sharing.is_levelled && neighbours.iter().all(Neighbour::draws_evenly);
-            let sharing = Sharing { is_levelled, ..sharing };
             for pass in passes.clone() {
                 let seek = |stream: &mut Stream, neighbour: usize, walk: u64| {
                     let (entry, walk) = (group[neighbour] as usize, pass * walks + walk);
