@@ -151,15 +151,15 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
 }
 
 /// Averages of both planes of a room, by walks and by runs through cells, agree within 4.5 of their standard errors (15 degrees of freedom at
-/// least, α < 0.1%): walks to 0.9% and six runs to 1.1%, and 2% off must be seen; in the slow run walks to 1%, eight runs to 0.7% on grids twice as
-/// dense, and 1% off.
+/// least, α < 0.1%): walks to 0.9% and six runs to 1.1%, and 2% off must be seen; in the slow run walks to 0.4%, eight runs to 0.7% on grids twice as
+/// dense, and 1% off. Neighbouring points share walks, so that a plane's average errs by more than independent points would.
 fn agrees_with_walks(text: &str) {
     let (seeds, target_error, fault) = if slow() { (2..10, 0.007, 1.01) } else { (2..8, 0.011, 1.02) };
     let dense = text
         .replace(r#""columns": 6, "rows": 4"#, r#""columns": 12, "rows": 8"#)
         .replace(r#""columns": 4, "rows": 4"#, r#""columns": 8, "rows": 8"#);
     let scene = scene_of(if slow() { &dense } else { text });
-    let walked = common::to_target(&scene, 1, MapSelection::Receivers, if slow() { 0.01 } else { 0.009 });
+    let walked = common::to_target(&scene, 1, MapSelection::Receivers, if slow() { 0.004 } else { 0.009 });
     let runs: Vec<Solution> = seeds.map(|seed| gathered(&scene, seed, MapSelection::Receivers, target_error)).collect();
     for (map, walked) in walked.maps.iter().enumerate() {
         assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
