@@ -29,8 +29,8 @@ const MOST_TOLD: f64 = 1e9;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape: where scores fall off with shape ⅔, twice the
 /// samples raise what they say of the squared error by 2^⅓ − 1 of that share, which is less than a tenth.
 const LEAST_TAIL_SHARE: f64 = 0.25;
-/// Times its squared error that a map can bear from which on its tail does not matter: sums of scores without variance lie within
-/// three times the spread of their parts, nine times in ten at a shape of ⅔, since the largest of them make that spread.
+/// Times its squared error that scores without variance may have from which on their tail does not matter: their sums lie within three
+/// times the spread of their parts, nine times in ten at a shape of ⅔, since the largest of them make that spread.
 const SPARE_FOR_TAILS: f64 = 9.0;
 /// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
 /// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
@@ -112,22 +112,55 @@ fn growth_check(
     check(name, Some(growth), limit, growth <= limit, says)
 }
 
-/// The largest scores must not fall off like those of a law without variance, unless they hardly matter or the map is far under
-/// its target: then it bears what its spread cannot tell.
-fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
+/// A tail that may have no variance.
+struct HeavyTail<'a> {
+    part: &'a ScoreEvidence,
+    /// Shape from which on it counts as one.
+    limit: f64,
+    /// Times its squared error that the map must bear for the tail not to matter.
+    spare: f64,
+}
+
+impl HeavyTail<'_> {
+    fn is_heavy(&self) -> bool {
+        self.excess() > 0.0
+    }
+
+    fn excess(&self) -> f64 {
+        self.part.shape.unwrap_or(f64::NEG_INFINITY) - self.limit
+    }
+}
+
+/// The tail that is heaviest for its number of scores, of those that carry enough of the variance to matter.
+fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let telling = parts.iter().filter(|part| {
         part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
     });
-    // The part whose tail is heaviest for its number of scores.
-    let limit_of =
-        |part: &ScoreEvidence| INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt();
-    let excess = |part: &&ScoreEvidence| part.shape.unwrap_or(f64::NEG_INFINITY) - limit_of(part);
-    let worst = telling.max_by(|a, b| excess(a).total_cmp(&excess(b)));
+    let tails = telling.map(|part| HeavyTail {
+        part,
+        limit: INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt(),
+        // What is not of the tail has a variance.
+        spare: 1.0 + (SPARE_FOR_TAILS - 1.0) * (part.tail_variance / variance).min(1.0),
+    });
+    tails.max_by(|one, other| one.excess().total_cmp(&other.excess()))
+}
+
+/// Times its squared error that a map must bear to pass the check of its tail, by what its scores say so far; 1 where any tail is light.
+pub fn spare_for_tail(parts: [ScoreEvidence; 2]) -> f64 {
+    heaviest_tail(&parts).filter(HeavyTail::is_heavy).map_or(1.0, |tail| tail.spare)
+}
+
+/// The largest scores must not fall off like those of a law without variance, unless they hardly matter or the map is so far under
+/// its target that it bears what its spread cannot tell.
+fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
     let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
-    match worst {
-        Some(part) => check("tail", part.shape, limit_of(part), excess(&part) <= 0.0 || spare >= SPARE_FOR_TAILS, says),
-        None => check("tail", None, INFINITE_VARIANCE, variance.is_finite(), says),
+    match heaviest_tail(&parts) {
+        Some(tail) => {
+            let passed = !tail.is_heavy() || spare >= tail.spare;
+            check("tail", tail.part.shape, tail.limit, passed, says)
+        }
+        None => check("tail", None, INFINITE_VARIANCE, parts.iter().all(|part| part.variance.is_finite()), says),
     }
 }
 

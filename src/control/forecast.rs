@@ -107,14 +107,15 @@ pub fn deviation_of_work(degrees_of_freedom: f64, scores: f64, share: f64, expon
 /// work and whose squared error so many scores carry now, effectively.
 ///
 /// After f times the work f·n scores carry it, and of a map that then bears f/needed times its squared error that many fewer are asked.
-/// It is looked at when its error is small enough, and after every refusal; a map that has waited long enough is let off.
-pub fn work_to_pass(needed: f64, scores: f64) -> f64 {
+/// It is looked at when its error is small enough, and after every refusal; a map that has waited long enough is let off. A tail for which
+/// it must bear `tail_spare` times its squared error holds it up as long, unless more scores show that the tail has an end: in the middle
+/// between the two.
+pub fn work_to_pass(needed: f64, scores: f64, tail_spare: f64) -> f64 {
+    let refusals = |beyond: f64| (beyond.ln() / GROWTH_AFTER_REFUSAL.ln()).ceil().max(0.0);
     let enough = (ENOUGH_SCORES * needed * needed / scores.max(f64::MIN_POSITIVE)).cbrt();
-    if enough <= needed {
-        return needed;
-    }
-    let refusals = ((enough / needed).ln() / GROWTH_AFTER_REFUSAL.ln()).ceil();
-    needed * GROWTH_AFTER_REFUSAL.powf(refusals).min(LONGEST_WAIT as f64)
+    let for_scores = GROWTH_AFTER_REFUSAL.powf(refusals(enough / needed)).min(LONGEST_WAIT as f64);
+    let for_tail = GROWTH_AFTER_REFUSAL.powf(0.5 * refusals(tail_spare));
+    needed * for_scores.max(for_tail)
 }
 
 #[cfg(test)]
@@ -137,12 +138,14 @@ mod tests {
     /// Scores that suffice ask for no more work; of too few, one refusal, or as many as the longest wait takes.
     #[test]
     fn too_few_scores_take_more_work_and_never_more_than_the_longest_wait() {
-        assert_eq!(work_to_pass(3.0, 1e3), 3.0);
+        assert_eq!(work_to_pass(3.0, 1e3, 1.0), 3.0);
         // 7 scores now are 21 when the error is small enough: these do.
-        assert_eq!(work_to_pass(3.0, 7.0), 3.0);
+        assert_eq!(work_to_pass(3.0, 7.0, 1.0), 3.0);
         // 5 are 15: after another half of the work 22, of which the smaller error asks 9.
-        assert_eq!(work_to_pass(3.0, 5.0), 4.5);
-        assert_eq!(work_to_pass(3.0, 0.01), 3.0 * LONGEST_WAIT as f64);
+        assert_eq!(work_to_pass(3.0, 5.0, 1.0), 4.5);
+        assert_eq!(work_to_pass(3.0, 0.01, 1.0), 3.0 * LONGEST_WAIT as f64);
+        // Four refusals for five times the squared error, of which half are expected.
+        assert_eq!(work_to_pass(3.0, 1e3, 5.0), 3.0 * 1.5 * 1.5);
         // What few scores tell is unsure.
         assert!(deviation_of_work(100.0, 4.0, 0.2, 0.5) > 3.0 * deviation_of_work(100.0, f64::INFINITY, 0.2, 0.5));
     }

@@ -10,7 +10,7 @@ mod stop;
 mod verdict;
 
 pub use adapt::{ElementLoss, cuts_for};
-pub use checks::{effective_scores, statistical_checks};
+pub use checks::{effective_scores, spare_for_tail, statistical_checks};
 pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work, work_to_pass};
 pub use gathering::{GatheringGrowth, GatheringParts, KINDS};
 pub use schedule::{GROWTH_AFTER_REFUSAL, after_refusal, next_judgement};

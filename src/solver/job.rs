@@ -25,7 +25,6 @@ use self::elements::numbers_per_site;
 pub use self::elements::{Refinement, Shows, element_map, element_weights, receiver_map};
 pub use self::ends::Ends;
 pub use self::engine::Engine;
-use self::expected::first_look;
 pub use self::forecast::Hindrance;
 pub use self::gathering::SHARE_OF_A_LOOK;
 use self::parts::{AdaptingState, ConnectingState, Costs, GatheringState, Looks, WalkingState, WorkDone};
@@ -195,7 +194,7 @@ impl Job {
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         let pilot_rays = direct.pilot_rays + indirect.pilot_rays + cutting_rays;
-        Job {
+        let mut job = Job {
             adapting: AdaptingState { adaptive, ..AdaptingState::default() },
             work: WorkDone { pilot_rays, ..WorkDone::default() },
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
@@ -205,7 +204,11 @@ impl Job {
             expectations,
             connecting: ConnectingState { plan: local, offered: None },
             ..Job::bare(context, kind, elements, (map, weights), bound, engine)
+        };
+        if bound && context.to_target {
+            job.walking.first_walks = job.first_walks(context.target_error);
         }
+        job
     }
 
     /// A job for a map without any sample, pilot or plan.
@@ -276,7 +279,7 @@ impl Job {
     pub fn first_samples(&self) -> u64 {
         match self.engine {
             _ if self.black => 1,
-            Engine::Collision | Engine::Walk => first_look(self.engine),
+            Engine::Collision | Engine::Walk => self.first_look(self.engine),
             Engine::Gather => self.gathering.goal.rays,
             Engine::Local(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }

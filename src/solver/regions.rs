@@ -25,12 +25,14 @@ pub fn regions_of(places: &[(DVec3, DVec3)]) -> Vec<u32> {
 pub struct Groups {
     entries: Vec<u32>,
     parts: Vec<Range<usize>>,
+    /// Groups before each block, and of all.
+    before: Vec<usize>,
 }
 
 impl Groups {
     /// Divides a range of points, block by block, into groups of so many at most.
     pub fn of(points: &[ReceiverPoint], range: Range<usize>, most: usize) -> Groups {
-        let mut groups = Groups { entries: Vec::with_capacity(range.len()), parts: Vec::new() };
+        let mut groups = Groups { entries: Vec::with_capacity(range.len()), parts: Vec::new(), before: vec![0] };
         for first in range.clone().step_by(POINTS_OF_A_BLOCK) {
             let block = first..(first + POINTS_OF_A_BLOCK).min(range.end);
             let outside: Vec<usize> = block.filter(|entry| !points[*entry].inside).collect();
@@ -41,6 +43,7 @@ impl Groups {
             let parts = divided(&places, &mut order, most);
             groups.parts.extend(parts.into_iter().map(|part| before + part.start..before + part.end));
             groups.entries.extend(order.into_iter().map(|place| outside[place as usize] as u32));
+            groups.before.push(groups.parts.len());
         }
         groups
     }
@@ -48,6 +51,13 @@ impl Groups {
     /// The groups, one after the other.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         self.parts.iter().map(|part| &self.entries[part.clone()])
+    }
+
+    /// Those of some blocks of points, where all were divided.
+    pub fn within(&self, points: Range<usize>) -> Vec<&[u32]> {
+        let [first, last] =
+            [points.start / POINTS_OF_A_BLOCK, points.end.div_ceil(POINTS_OF_A_BLOCK)].map(|block| self.before[block]);
+        self.parts[first..last].iter().map(|part| &self.entries[part.clone()]).collect()
     }
 }
 

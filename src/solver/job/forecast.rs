@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
 use crate::control::{
     EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, deviation_of_work, effective_scores, needed_work,
-    work_to_pass,
+    spare_for_tail, work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
@@ -143,7 +143,9 @@ impl Job {
     /// Keeps a judgement as the latest of its present samples, from which forecasts start.
     pub(super) fn see(&mut self, judgement: Judgement) {
         self.looks.seen = Some((judgement, self.samples));
-        self.looks.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);
+        let parts = self.score_parts();
+        self.looks.scores_seen = effective_scores(parts).unwrap_or(f64::INFINITY);
+        self.looks.tail_spare_seen = spare_for_tail(parts);
     }
 
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
@@ -258,7 +260,7 @@ impl Job {
             let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
-        let passing = work_to_pass(needed, self.looks.scores_seen);
+        let passing = work_to_pass(needed, self.looks.scores_seen, self.looks.tail_spare_seen);
         let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64);
         if self.looks.refused {
             let next = self.rays_of(self.next_judgement as f64);

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::connecting::Offered;
+use super::expected::FIRST_WALKS;
 use super::forecast::BeforeCut;
 use super::gathering::GatheringGoal;
 use crate::control::GatheringGrowth;
@@ -15,6 +16,7 @@ use crate::solver::gathering::GatheringProgress;
 use crate::solver::local::LocalPlan;
 use crate::solver::pace::SliceSizes;
 use crate::solver::pilot::PartCost;
+use crate::solver::regions::Groups;
 use crate::solver::spending::Spending;
 
 /// What looks at the error of its present samples have found.
@@ -29,6 +31,8 @@ pub struct Looks {
     pub seen: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
     pub scores_seen: f64,
+    /// Times its squared error that it would have to bear then for its tail not to hold it up.
+    pub tail_spare_seen: f64,
     /// What the statistical checks found when they were last run: they are run again where a run goes on.
     #[serde(skip)]
     pub checks: Vec<StatisticalCheck>,
@@ -47,6 +51,7 @@ impl Default for Looks {
             judged_samples: 0,
             seen: None,
             scores_seen: f64::INFINITY,
+            tail_spare_seen: 1.0,
             checks: Vec::new(),
             held_since: None,
             refusals: 0,
@@ -108,8 +113,12 @@ pub struct AdaptingState {
 pub struct WalkingState {
     /// Walks of each point in a pass.
     pub allotment: Allotment,
-    /// How neighbours share what their walks meet first.
+    /// How neighbours share what their walks meet first, and their groups once they have walked.
     pub sharing: Sharing,
+    #[serde(skip)]
+    pub groups: Option<Groups>,
+    /// Walks of a replica from each point before the first look.
+    pub first_walks: u64,
     /// How often walks have begun anew.
     pub beginnings: u32,
     /// Work to the target over what even walks would take: what sharing them out has brought, and what it is expected to bring.
@@ -122,6 +131,8 @@ impl Default for WalkingState {
         WalkingState {
             allotment: Allotment::default(),
             sharing: Sharing::default(),
+            groups: None,
+            first_walks: FIRST_WALKS,
             beginnings: 0,
             brought: 1.0,
             to_come: 1.0,

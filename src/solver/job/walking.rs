@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::parts::WalkingState;
 use super::{Context, Engine, Job, Tally, after_sweep, slice_of_sweep};
 use crate::maps::{MapKind, half_squares};
 use crate::solver::pilot::{DirectShare, PartCost};
@@ -31,7 +32,12 @@ impl Job {
         let part = (entries.clone(), times.clone());
         let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
         let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean_lx);
-        let walks = PointWalks { set, number, allotment: &self.walking.allotment, sharing, expected_lx };
+        if sharing.neighbours > 1 && self.walking.groups.is_none() {
+            let points = &context.scene.receivers[set].points;
+            self.walking.groups = Some(Groups::of(points, 0..points.len(), sharing.neighbours));
+        }
+        let WalkingState { allotment, groups, .. } = &self.walking;
+        let walks = PointWalks { set, number, allotment, sharing, groups: groups.as_ref(), expected_lx };
         self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }

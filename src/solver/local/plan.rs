@@ -23,11 +23,14 @@ use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over};
 const FEWEST_CHAINS: usize = 256;
 const MOST_CHAINS: usize = 2048;
 const WORK_A_CHAIN: f64 = 2e4;
-/// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps: in nearly
+/// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps at most: in nearly
 /// white rooms chains have thousands of vertices.
 const FEWEST_ENTRIES: usize = 4;
 const MOST_ENTRIES: usize = 256;
 const MOST_PAIRS: usize = 2_000_000;
+/// The same at least, and for each ray's work at stake: a pair is weighed at some thirty bounds and thresholds, in half the time of a ray.
+const FEWEST_PAIRS: usize = 250_000;
+const PAIRS_AT_STAKE: f64 = 0.1;
 /// Vertices that it keeps, about, some 150 bytes each: in white places single chains have hundreds of thousands.
 const MOST_VERTICES: usize = 400_000;
 /// Of a pilot that traces its connections: entries at most, and share of the work at stake that its connections may take.
@@ -86,7 +89,8 @@ impl Extent {
             return Extent { chains: MOST_PAIRS, entries: MOST_TRACED_ENTRIES, pairs: pairs.min(MOST_PAIRS), traced };
         }
         let chains = ((at_stake / WORK_A_CHAIN) as usize).clamp(FEWEST_CHAINS, MOST_CHAINS);
-        Extent { chains, entries: MOST_ENTRIES, pairs: usize::MAX, traced }
+        let pairs = ((PAIRS_AT_STAKE * at_stake) as usize).clamp(FEWEST_PAIRS, MOST_PAIRS);
+        Extent { chains, entries: MOST_ENTRIES, pairs, traced }
     }
 }
 
@@ -212,7 +216,8 @@ impl Pilot {
         let mut streams: [Stream; BATCHES] = std::array::from_fn(stream);
         let most = extent.chains;
         let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
-        let enough_vertices = extent.pairs / points.len().clamp(1, extent.entries);
+        let enough_vertices =
+            if extent.traced { extent.pairs / points.len().clamp(1, extent.entries) } else { usize::MAX };
         let mut path_rays = 0;
         let (mut chains, mut vertex_count) = (Vec::new(), 0);
         let is_done = |chains: usize, rays: u64, vertices: usize| {
@@ -227,7 +232,7 @@ impl Pilot {
             vertex_count += vertices.len();
             chains.push(vertices);
         }
-        let most_entries = (MOST_PAIRS / vertex_count.max(1)).clamp(FEWEST_ENTRIES, extent.entries);
+        let most_entries = (extent.pairs / vertex_count.max(1)).clamp(FEWEST_ENTRIES, extent.entries);
         let stride = points.len().div_ceil(most_entries).max(1);
         let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
         let of_entry = |(place, entry): (usize, &usize)| {
@@ -245,17 +250,14 @@ impl Pilot {
                 bound_factor: 1.0,
             })
             .collect();
-        let pairs: Vec<[f64; 2]> = chains
-            .iter()
-            .flatten()
-            .flat_map(|vertex| {
-                looked_at.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex))
-            })
-            .collect();
+        let vertices: Vec<&ChainVertex> = chains.iter().flatten().collect();
+        let of_vertex = |vertex: &&ChainVertex| {
+            let of_anchor = |anchor: &PilotAnchor| anchors.kernel_and_spread(stage, anchor.number, vertex);
+            looked_at.iter().map(of_anchor).collect::<Vec<_>>()
+        };
+        let pairs: Vec<[f64; 2]> = vertices.par_iter().flat_map_iter(of_vertex).collect();
         let count = looked_at.len().max(1);
-        let vertices: Vec<&ChainVertex> =
-            chains.iter().flatten().take(if extent.traced { usize::MAX } else { 0 }).collect();
-        let mut seen = vec![0.0; vertices.len() * count];
+        let mut seen = vec![0.0; if extent.traced { vertices.len() * count } else { 0 }];
         seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(&vertices).for_each(|((seen, pairs), vertex)| {
             for ((seen, [kernel, spread]), anchor) in seen.iter_mut().zip(pairs).zip(&looked_at) {
                 if kernel * spread > 0.0 {
@@ -411,9 +413,13 @@ impl Pilot {
             relative.fold(largest, f64::max)
         });
         let tried = (0..THRESHOLDS)
+            .into_par_iter()
             .map(|step| largest * STEP.powi(-step - FIRST_THRESHOLD))
             .map(|threshold| (threshold, self.part(&scores, threshold)));
-        tried.fold((0.0, unthinned), |best, tried| if cost(&tried.1) < cost(&best.1) { tried } else { best })
+        let tried: Vec<(f64, PartVariance)> = tried.collect();
+        tried
+            .into_iter()
+            .fold((0.0, unthinned), |best, tried| if cost(&tried.1) < cost(&best.1) { tried } else { best })
     }
 }
 

@@ -8,7 +8,7 @@ use super::{POINTS_PER_CHUNK, merged, stream_index};
 use crate::estimators::direct::Receiver;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::reception::sample_reflected_lx;
-use crate::maps::{PartScores, REPLICAS, ReplicaMap};
+use crate::maps::{PartScores, REPLICAS, ReplicaMap, Tally};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::allotment::Allotment;
@@ -16,7 +16,7 @@ use crate::solver::job::Context;
 use crate::solver::regions::Groups;
 
 /// Groups of neighbours that a thread takes at a time.
-const GROUPS_PER_CHUNK: usize = 8;
+pub(super) const GROUPS_PER_CHUNK: usize = 8;
 
 /// Walks that start from the points of a set.
 pub struct PointWalks<'a> {
@@ -26,24 +26,35 @@ pub struct PointWalks<'a> {
     pub number: u32,
     /// How many a point takes in a pass.
     pub allotment: &'a Allotment,
-    /// How neighbours share what their walks meet.
+    /// How neighbours share what their walks meet, and the groups of those that do.
     pub sharing: Sharing,
+    pub groups: Option<&'a Groups>,
     /// Indirect illuminance of the points in lx, about.
     pub expected_lx: f64,
 }
 
 /// Indirect illuminance of a group in lx by all scores so far, however slices of work parted them: about what leaves the places that it sees.
-struct GroupLevel {
+pub(super) struct GroupLevel {
     sum_lx: f64,
     scores: f64,
 }
 
 impl GroupLevel {
-    fn mean_lx(&self) -> f64 {
+    /// That of a group in a replica, before any score this illuminance in lx.
+    pub fn of(expected_lx: f64, (slab, samples): (&[f64], Tally), group: &[u32]) -> GroupLevel {
+        let mut level = GroupLevel { sum_lx: expected_lx, scores: 1.0 };
+        for entry in group.iter().map(|entry| *entry as usize) {
+            level.sum_lx += slab[entry];
+            level.scores += samples.of(entry) as f64;
+        }
+        level
+    }
+
+    pub fn mean_lx(&self) -> f64 {
         self.sum_lx / self.scores
     }
 
-    fn add(&mut self, scores_lx: &[f64]) {
+    pub fn add(&mut self, scores_lx: &[f64]) {
         self.sum_lx += scores_lx.iter().sum::<f64>();
         self.scores += scores_lx.len() as f64;
     }
@@ -57,8 +68,8 @@ pub fn walks_from_points(
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
-    if walks.sharing.neighbours > 1 {
-        return shared_walks(context, walks, map, (points, passes));
+    if let Some(groups) = walks.groups {
+        return shared_walks(context, &walks, groups, map, (points, passes));
     }
     let PointWalks { set, number, allotment, .. } = walks;
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
@@ -111,26 +122,19 @@ pub fn walks_from_points(
 /// The same where neighbours share what their walks meet first; a group's points take the same number of walks.
 fn shared_walks(
     context: &Context,
-    PointWalks { set, number, allotment, sharing, expected_lx }: PointWalks,
+    walks: &PointWalks,
+    groups: &Groups,
     map: &mut ReplicaMap,
     (points, passes): (Range<usize>, Range<u64>),
 ) -> u64 {
+    let PointWalks { set, number, allotment, sharing, expected_lx, .. } = *walks;
     let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);
-    let groups = Groups::of(&receivers.points, points, sharing.neighbours);
-    let groups: Vec<&[u32]> = groups.iter().collect();
+    let groups = groups.within(points);
     let tasks: Vec<(usize, &[&[u32]])> =
         (0..REPLICAS).flat_map(|replica| groups.chunks(GROUPS_PER_CHUNK).map(move |some| (replica, some))).collect();
     let (slabs, samples) = (&map.indirect, map.indirect_samples);
-    let level_of = |replica: usize, group: &[u32]| {
-        let mut level = GroupLevel { sum_lx: expected_lx, scores: 1.0 };
-        for entry in group.iter().map(|entry| *entry as usize) {
-            level.sum_lx += slabs[replica][entry];
-            level.scores += samples.of(entry) as f64;
-        }
-        level
-    };
     let walked = tasks.par_iter().with_max_len(1).map(|(replica, groups)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -145,7 +149,7 @@ fn shared_walks(
             let first = sums_lx.len();
             sums_lx.resize(first + group.len(), 0.0);
             let walks = allotment.of(group[0] as usize);
-            let mut level = level_of(*replica, group);
+            let mut level = GroupLevel::of(expected_lx, (&slabs[*replica], samples), group);
             for pass in passes.clone() {
                 let seek = |stream: &mut Stream, neighbour: usize, walk: u64| {
                     let (entry, walk) = (group[neighbour] as usize, pass * walks + walk);
