@@ -93,11 +93,11 @@ impl GatheringProgress {
     pub fn new(gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
         let sites = regions.len();
         let order = Order::of(sites);
-        let guide = if gatherer.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
+        let guide = if gatherer.starts.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
         GatheringProgress {
             guides: [guide.clone(), guide],
             learned: [0; 2],
-            sees: (0..sites).map(|entry| gatherer.site(entry).is_some()).collect(),
+            sees: (0..sites).map(|entry| gatherer.starts.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
             order,
             filled: 0,

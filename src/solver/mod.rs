@@ -21,6 +21,7 @@ mod sky_components;
 mod solution;
 mod sparse;
 mod spending;
+mod starts;
 mod surface_tables;
 mod sweep;
 mod until_decided;

@@ -2,23 +2,16 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::records::{Records, look_up};
 use crate::caches::{CellGrid, CellLight};
-use crate::estimators::direct::Receiver;
-use crate::estimators::element::Element;
 use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, gather, look_for_place, residual_walk};
-use crate::estimators::reception::one_plane;
-use crate::geometry::Origin;
-use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Elements, Quantity};
 use crate::solver::guide::Guide;
-use crate::solver::job::Context;
 use crate::solver::order::{Order, WalkOrder};
+use crate::solver::starts::Starts;
 use crate::solver::sweep::stream_index;
 
 /// Rays, or walks, whose cells are looked up together.
@@ -26,18 +19,8 @@ const BLOCK: u64 = 64;
 
 /// What gathers: elements or receivers.
 pub struct Gatherer<'a> {
-    /// The run.
-    pub context: &'a Context<'a>,
-    /// Elements or a receiver set.
-    pub kind: MapKind,
-    /// The elements, where they are what gathers.
-    pub elements: &'a Elements,
-    /// Share of every element that is exposed.
-    pub exposed: &'a [f64],
-    /// Whether elements count as a whole, with what of them is covered.
-    pub as_wholes: bool,
-    /// Number of the streams: a map that starts anew draws anew.
-    pub number: u32,
+    /// Where its rays start.
+    pub starts: Starts<'a>,
     /// Whether elements show slopes.
     pub slopes: bool,
 }
@@ -51,17 +34,18 @@ impl Gatherer<'_> {
         (order, guide): (Order, &Guide),
         range: Range<u64>,
     ) -> u64 {
-        let stage = self.context.stage;
-        let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.number, half), Cut::default());
+        let Starts { context, number: map, .. } = self.starts;
+        let stage = context.stage;
+        let room = || (Stream::new(context.seed, Purpose::CellFills, map, half), Cut::default());
         let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
         let found: Vec<(Option<CellPlace>, u64)> = numbers
             .map_init(room, |(stream, cut), number| {
                 let (pass, entry) = order.at(range.start + number as u64);
-                let Some(site) = self.site(entry) else {
+                let Some(site) = self.starts.site(entry) else {
                     return (None, 0);
                 };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
-                let start = self.start(&site, stream);
+                let start = self.starts.draw(&site, stream);
                 if start.weight == 0.0 {
                     return (None, start.rays);
                 }
@@ -72,7 +56,7 @@ impl Gatherer<'_> {
         let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();
         let places = found.into_iter().filter_map(|(met, _)| met);
         // Samples are numbered through all maps.
-        let stream = || Stream::new(self.context.seed, Purpose::Cells, 0, half);
+        let stream = || Stream::new(context.seed, Purpose::Cells, 0, half);
         rays + fill_cells(stage, cells, most_samples, places, stream)
     }
 
@@ -84,17 +68,18 @@ impl Gatherer<'_> {
         (order, guide): (Order, &Guide),
         range: Range<u64>,
     ) -> u64 {
-        let stage = self.context.stage;
-        let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.number, replica);
+        let Starts { context, number: map, .. } = self.starts;
+        let stage = context.stage;
+        let mut stream = Stream::new(context.seed, Purpose::CellRays, map, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
         let mut pending: Vec<Option<PendingTerm>> = Vec::with_capacity(BLOCK as usize);
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
                 let (mut plain_lx, mut term, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
-                if let Some(site) = self.site(entry) {
+                if let Some(site) = self.starts.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
-                    let start = self.start(&site, &mut stream);
+                    let start = self.starts.draw(&site, &mut stream);
                     (at, rays) = (start.at, rays + start.rays);
                     if start.weight > 0.0 {
                         let density = guide.density_at(entry);
@@ -127,17 +112,18 @@ impl Gatherer<'_> {
         (order, guide): (&WalkOrder, &Guide),
         range: Range<u64>,
     ) -> u64 {
-        let stage = self.context.stage;
-        let mut stream = Stream::new(self.context.seed, Purpose::Residuals, self.number, replica);
+        let Starts { context, number: map, .. } = self.starts;
+        let stage = context.stage;
+        let mut stream = Stream::new(context.seed, Purpose::Residuals, map, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
         let mut pending: Vec<PendingTerm> = Vec::new();
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
                 let (mut plain_lx, mut bin, mut at) = (0.0, 0, [0.0; 2]);
-                if let Some(site) = self.site(entry) {
+                if let Some(site) = self.starts.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
-                    let start = self.start(&site, &mut stream);
+                    let start = self.starts.draw(&site, &mut stream);
                     (at, rays) = (start.at, rays + start.rays);
                     if start.weight > 0.0 {
                         let note = |term: PendingTerm| pending.push(term);
@@ -157,119 +143,6 @@ impl Gatherer<'_> {
         }
         rays
     }
-
-    /// Whether all rays of an entry have one hemisphere, whose directions can be learned.
-    pub fn has_one_hemisphere(&self) -> bool {
-        match self.kind {
-            MapKind::Elements => true,
-            MapKind::Receivers(set) => self.context.scene.receivers[set].quantity.has_one_hemisphere(),
-        }
-    }
-
-    /// Middle of an entry in m, and its unit normal.
-    pub fn middle(&self, entry: usize) -> (DVec3, DVec3) {
-        let stage = self.context.stage;
-        match self.kind {
-            MapKind::Elements => {
-                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
-                element.middle(stage)
-            }
-            MapKind::Receivers(set) => {
-                let point = &self.context.scene.receivers[set].points[entry];
-                (point.position_m, point.normal)
-            }
-        }
-    }
-
-    /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is covered.
-    pub fn site(&self, entry: usize) -> Option<Site> {
-        let stage = self.context.stage;
-        match self.kind {
-            MapKind::Elements => {
-                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
-                let share = self.exposed.get(entry).copied().unwrap_or(1.0);
-                (share > 0.0).then(|| Site::Element(element.exposed(share)))
-            }
-            MapKind::Receivers(set) => {
-                let receivers = &self.context.scene.receivers[set];
-                let point = &receivers.points[entry];
-                let origin = stage.tracer.side_origin(point.position_m, point.normal);
-                let (point_m, normal, quantity) = (point.position_m, point.normal, receivers.quantity);
-                (!point.inside).then_some(Site::Point { point_m, normal, origin, quantity })
-            }
-        }
-    }
-
-    /// Where one ray starts.
-    #[inline]
-    fn start(&self, site: &Site, stream: &mut Stream) -> GatheringStart {
-        let stage = self.context.stage;
-        match site {
-            Site::Element(element) => {
-                let (at, rays) = if self.as_wholes {
-                    element.draw_of_whole(stage, stream)
-                } else {
-                    let (at, rays) = element.draw_exposed(stage, stream);
-                    (Some(at), rays)
-                };
-                let (at, weight) = at.map_or(([0.0; 2], 0.0), |at| (at, 1.0));
-                let origin = element.origin(stage, at);
-                let point_m = stage.tracer.position_m(&origin);
-                GatheringStart { at, point_m, normal: element.normal_at(stage, at), origin, weight, rays }
-            }
-            Site::Point { point_m, normal, origin, quantity } => {
-                let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
-                let (plane, weight) = one_plane(*quantity, &receiver, stream);
-                GatheringStart {
-                    at: [0.0; 2],
-                    point_m: *point_m,
-                    normal: plane.normal,
-                    origin: *origin,
-                    weight,
-                    rays: 0,
-                }
-            }
-        }
-    }
-}
-
-/// Where one gathering ray starts.
-struct GatheringStart {
-    /// Place in its element: the weights of the second and third corner.
-    at: [f64; 2],
-    point_m: DVec3,
-    /// Unit normal of the plane that it is for.
-    normal: DVec3,
-    origin: Origin,
-    /// Weight of what it brings; 0 where the place is covered, and no ray starts.
-    weight: f64,
-    /// Rays that it took to find the place.
-    rays: u64,
-}
-
-impl GatheringStart {
-    /// The plane that the ray is for.
-    #[inline]
-    fn receiver(&self) -> Receiver<'_> {
-        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
-    }
-}
-
-/// Where gathering rays start.
-pub enum Site {
-    /// Anywhere in an element side.
-    Element(Element),
-    /// At a receiver.
-    Point {
-        /// Place in m.
-        point_m: DVec3,
-        /// Unit normal.
-        normal: DVec3,
-        /// The same place for the tracer.
-        origin: Origin,
-        /// What the receiver measures.
-        quantity: Quantity,
-    },
 }
 
 /// A range in blocks.

@@ -13,6 +13,7 @@ use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 use crate::solver::regions::regions_of;
 use crate::solver::spending::Activity;
+use crate::solver::starts::Starts;
 
 /// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.
 const FIRST_RAYS: u64 = 400_000;
@@ -72,13 +73,23 @@ pub struct GatheringGoal {
 fn gatherer_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
-    (elements, exposed): (&'a Elements, &'a [f64]),
+    given: (&'a Elements, &'a [f64]),
     broad: Option<&'a Broad>,
 ) -> Gatherer<'a> {
-    let given = Gatherer { context, kind, elements, exposed, as_wholes: true, number: kind.number(), slopes: false };
+    Gatherer { starts: starts_of(context, kind, given, broad), slopes: broad.is_some() }
+}
+
+/// Where rays and walks start: in the elements or points of a map, or in the broader elements that gather for those that adapt.
+pub(super) fn starts_of<'a>(
+    context: &'a Context<'a>,
+    kind: MapKind,
+    (elements, exposed): (&'a Elements, &'a [f64]),
+    broad: Option<&'a Broad>,
+) -> Starts<'a> {
+    let given = Starts { context, kind, elements, exposed, as_wholes: true, number: kind.number() };
     match broad {
         Some(Broad { elements, exposed, shape, .. }) => {
-            Gatherer { elements, exposed, as_wholes: false, number: shape.stream_number(), slopes: true, ..given }
+            Starts { elements, exposed, as_wholes: false, number: shape.stream_number(), ..given }
         }
         None => given,
     }
@@ -227,7 +238,7 @@ impl Job {
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
         let gatherer =
             gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
-        let places: Vec<_> = (0..sites).map(|entry| gatherer.middle(entry)).collect();
+        let places: Vec<_> = (0..sites).map(|entry| gatherer.starts.middle(entry)).collect();
         let regions = regions_of(&places);
         self.gathering.progress = Some(match &self.gathering.progress {
             Some(progress) => progress.anew(&gatherer, &regions, walkers),
