@@ -6,7 +6,7 @@
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 use super::needed_work;
-use crate::maps::{History, Judgement, PastJudgement, REPLICAS, ScoreEvidence, StatisticalCheck};
+use crate::maps::{History, Judgement, LARGEST, PastJudgement, REPLICAS, ScoreEvidence, StatisticalCheck};
 
 /// A sound run fails a single comparison with about this probability; there are four of them.
 const ALPHA: f64 = 5e-5;
@@ -131,6 +131,11 @@ impl HeavyTail<'_> {
     }
 }
 
+/// Shape from which on a tail of so many scores counts as one without variance.
+fn limit_of_shape(scores: usize) -> f64 {
+    INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (scores as f64).sqrt()
+}
+
 /// The tail that is heaviest for its number of scores, of those that carry enough of the variance to matter.
 fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
@@ -139,16 +144,18 @@ fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
     });
     let tails = telling.map(|part| HeavyTail {
         part,
-        limit: INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt(),
+        limit: limit_of_shape(part.tail),
         // What is not of the tail has a variance.
         spare: 1.0 + (SPARE_FOR_TAILS - 1.0) * (part.tail_variance / variance).min(1.0),
     });
     tails.max_by(|one, other| one.excess().total_cmp(&other.excess()))
 }
 
-/// Times its squared error that a map must bear to pass the check of its tail, by what its scores say so far; 1 where any tail is light.
+/// Times its squared error that a map must bear to pass the check of its tail once that is told by as many scores as are kept, if its
+/// shape is what it seems now; 1 where any tail is light.
 pub fn spare_for_tail(parts: [ScoreEvidence; 2]) -> f64 {
-    heaviest_tail(&parts).filter(HeavyTail::is_heavy).map_or(1.0, |tail| tail.spare)
+    let stays_heavy = |tail: &HeavyTail| tail.part.shape.is_some_and(|shape| shape > limit_of_shape(LARGEST - 1));
+    heaviest_tail(&parts).filter(stays_heavy).map_or(1.0, |tail| tail.spare)
 }
 
 /// The largest scores must not fall off like those of a law without variance, unless they hardly matter or the map is so far under

@@ -107,15 +107,23 @@ pub fn deviation_of_work(degrees_of_freedom: f64, scores: f64, share: f64, expon
 /// work and whose squared error so many scores carry now, effectively.
 ///
 /// After f times the work f·n scores carry it, and of a map that then bears f/needed times its squared error that many fewer are asked.
-/// It is looked at when its error is small enough, and after every refusal; a map that has waited long enough is let off. A tail for which
-/// it must bear `tail_spare` times its squared error holds it up as long, unless more scores show that the tail has an end: in the middle
-/// between the two.
+/// It is looked at when its error is small enough, and after every refusal; a map that has waited long enough is let off. A tail holds it up
+/// by [`work_for_tail`].
 pub fn work_to_pass(needed: f64, scores: f64, tail_spare: f64) -> f64 {
-    let refusals = |beyond: f64| (beyond.ln() / GROWTH_AFTER_REFUSAL.ln()).ceil().max(0.0);
     let enough = (ENOUGH_SCORES * needed * needed / scores.max(f64::MIN_POSITIVE)).cbrt();
     let for_scores = GROWTH_AFTER_REFUSAL.powf(refusals(enough / needed)).min(LONGEST_WAIT as f64);
-    let for_tail = GROWTH_AFTER_REFUSAL.powf(0.5 * refusals(tail_spare));
-    needed * for_scores.max(for_tail)
+    needed * for_scores.max(work_for_tail(tail_spare))
+}
+
+/// How many times the work a map will have taken for a tail for which it must bear `tail_spare` times its squared error: in the middle
+/// between none, if more scores show that the tail has an end, and the square of this.
+pub fn work_for_tail(tail_spare: f64) -> f64 {
+    GROWTH_AFTER_REFUSAL.powf(0.5 * refusals(tail_spare))
+}
+
+/// Refusals after which the work is so many times as large at least.
+fn refusals(growth: f64) -> f64 {
+    (growth.ln() / GROWTH_AFTER_REFUSAL.ln()).ceil().max(0.0)
 }
 
 #[cfg(test)]

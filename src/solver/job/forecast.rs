@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
 use crate::control::{
-    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, deviation_of_work, effective_scores, needed_work,
-    spare_for_tail, work_to_pass,
+    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, NINE_OF_TEN, deviation_of_work, effective_scores,
+    needed_work, spare_for_tail, work_for_tail, work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
@@ -274,7 +274,9 @@ impl Job {
         let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
         let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
-        let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt());
+        // A tail may hold the map up not at all, or twice as often as expected.
+        let of_tail = work_for_tail(self.looks.tail_spare_seen).ln() / NINE_OF_TEN;
+        let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt()).hypot(of_tail);
         // What the pilot said counts the more the less the look tells, and the less the farther it is from that: it may have missed
         // what few walks or chains bring.
         match self.rays_by_pilot(context, target) {
