@@ -7,7 +7,7 @@ use std::path::Path;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use luxmc::chain::Stage;
 use luxmc::check::read_scene;
-use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::receiver::Receiver;
 use luxmc::estimators::walk::sample_indirect_lx;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};

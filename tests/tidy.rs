@@ -179,17 +179,6 @@ fn rooms_do_not_know_what_is_not_theirs() {
 
 /// Files that still import each other in circles.
 const CIRCLES: &[&str] = &[
-    "estimators/control_variate",
-    "estimators/direct",
-    "estimators/element",
-    "light_mesh/entries",
-    "light_mesh/exact",
-    "light_mesh/fit",
-    "light_mesh/indirect",
-    "light_mesh/mesh",
-    "light_mesh/sights",
-    "light_mesh/solids",
-    "light_mesh/walks",
     "solver/adapt",
     "solver/adapt/first",
     "solver/adapt/sides",

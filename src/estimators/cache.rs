@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::chain::LookBack;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::geometry::SurfaceHit;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;

@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::direct::{DirectPass, Receiver, SampleCost, one_light_sample};
+use super::direct::{DirectPass, SampleCost, one_light_sample};
+use super::receiver::Receiver;
 use crate::chain::{Stage, TriangleSide};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter::{LightSample, Place};

@@ -10,7 +10,7 @@ mod survey;
 
 use serde::{Deserialize, Serialize};
 
-use super::direct::Receiver;
+use super::receiver::Receiver;
 use crate::chain::Stage;
 use crate::sampling::emitter::{EmitterView, Emitters, LightSample};
 use crate::sampling::random::{Square, Stream};

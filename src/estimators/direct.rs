@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::control_variate::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use super::element::Element;
+use super::receiver::Receiver;
 use crate::chain::{HIDDEN, LightInSight, Stage, TriangleSide};
-use crate::geometry::Origin;
 use crate::sampling::emitter::{Emitter, LightSample};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::opening::OpeningPoint;
@@ -37,15 +37,15 @@ pub struct DirectPass {
     cut: Cut,
 }
 
-/// A point that receives light.
-#[derive(Clone, Copy)]
-pub struct Receiver<'a> {
-    /// Place in m.
-    pub point_m: DVec3,
-    /// Unit normal of the receiving side.
-    pub normal: DVec3,
-    /// The same place for the tracer.
-    pub origin: &'a Origin,
+/// Direct light at a random point of an element, looked at twice.
+#[derive(Clone, Copy, Debug)]
+pub struct TwoLooks {
+    /// The point: the weights of the element's second and third corner.
+    pub at: [f64; 2],
+    /// Two samples of the direct illuminance there in lx, independent but for the point.
+    pub looks_lx: [f64; 2],
+    /// Rays they took.
+    pub rays: u64,
 }
 
 impl DirectPass {
@@ -240,10 +240,26 @@ impl DirectPass {
         self.looks(stage, element.spot(), &receiver, LOOKS_OVER_ELEMENT, stream)
     }
 
-    /// Two unbiased samples of the direct illuminance at a point of an element in lx, and the rays of both.
+    /// Two samples of the direct light at a random point of an element that is not covered.
+    pub fn look_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> TwoLooks {
+        let (at, rays) = element.draw_exposed(stage, stream);
+        let seen = self.look_twice_at(stage, element, at, stream);
+        TwoLooks { rays: seen.rays + rays, ..seen }
+    }
+
+    /// The same at a point.
+    pub fn look_twice_at(&mut self, stage: &Stage, element: &Element, at: [f64; 2], stream: &mut Stream) -> TwoLooks {
+        let origin = element.origin(stage, at);
+        let receiver =
+            Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
+        let (looks_lx, rays) = self.twice(stage, element.spot(), &receiver, stream);
+        TwoLooks { at, looks_lx, rays }
+    }
+
+    /// Two unbiased samples of the direct illuminance at a point on a side of a triangle in lx, and the rays of both.
     ///
     /// What point emitters bring has no chance and is looked at once.
-    pub fn twice(
+    fn twice(
         &mut self,
         stage: &Stage,
         spot: TriangleSide,

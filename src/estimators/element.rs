@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::cover::is_covered;
-use super::direct::{DirectPass, Receiver};
 use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
@@ -31,17 +30,6 @@ pub struct Element {
 
 /// Points that are drawn in an element until one is not covered, at most.
 const MOST_DRAWN: u64 = 64;
-
-/// Direct light at a random point of an element, looked at twice.
-#[derive(Clone, Copy, Debug)]
-pub struct TwoLooks {
-    /// The point: the weights of the element's second and third corner.
-    pub at: [f64; 2],
-    /// Two samples of the direct illuminance there in lx, independent but for the point.
-    pub looks_lx: [f64; 2],
-    /// Rays they took.
-    pub rays: u64,
-}
 
 impl Element {
     /// The element side of a number.
@@ -165,21 +153,5 @@ impl Element {
         }
         let [a, b, c] = self.corners_m;
         a + u * (b - a) + v * (c - a)
-    }
-
-    /// Two samples of the direct light at a random point that is not covered.
-    pub fn look_twice(&self, stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
-        let (at, rays) = self.draw_exposed(stage, stream);
-        let seen = self.look_twice_at(at, stage, pass, stream);
-        TwoLooks { rays: seen.rays + rays, ..seen }
-    }
-
-    /// The same at a point.
-    pub fn look_twice_at(&self, at: [f64; 2], stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
-        let origin = self.origin(stage, at);
-        let receiver =
-            Receiver { point_m: self.point_m(stage, at), normal: self.normal_at(stage, at), origin: &origin };
-        let (looks_lx, rays) = pass.twice(stage, self.spot(), &receiver, stream);
-        TwoLooks { at, looks_lx, rays }
     }
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
 use crate::chain::Stage;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, gather_indirect_lx, gather_parts_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;

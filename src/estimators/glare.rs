@@ -2,7 +2,7 @@
 
 use crate::base::position_index::{Outside, position_index};
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::sampling::random::Stream;
 
 /// Parts of luminaires without a position index take as long as one ray, so many of them.

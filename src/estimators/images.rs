@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::chain::{Mirrors, Stage};
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;

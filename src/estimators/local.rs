@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::direct::Receiver;
+use super::receiver::Receiver;
 use super::reception::sample_share_of_reflected_lx;
 use super::sight::{Seen, SubPoint, look_along};
 use super::small_body::SmallBody;

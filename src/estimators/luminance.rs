@@ -9,8 +9,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::direct::{DirectPass, MOST_EACH, Receiver};
+use super::direct::{DirectPass, MOST_EACH};
 use super::images::ImageResponse;
+use super::receiver::Receiver;
 use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
 use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
 use crate::chain::Stage;

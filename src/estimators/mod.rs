@@ -13,6 +13,7 @@ pub mod images;
 pub mod local;
 pub mod luminance;
 pub mod neighbours;
+pub mod receiver;
 pub mod reception;
 pub mod roulette;
 pub mod sight;

@@ -13,7 +13,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, CacheAnswer, Met, WalkEvent};
-use super::direct::Receiver;
+use super::receiver::Receiver;
 use super::reception::one_plane;
 use super::small_body::SmallBody;
 use super::walk::{arriving_lx, evenly, in_mirrors_lx};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::direct::Receiver;
+use super::receiver::Receiver;
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;

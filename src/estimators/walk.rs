@@ -17,8 +17,9 @@ use glam::DVec3;
 
 use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
-use crate::estimators::direct::{Receiver, SampleCost, Sight, one_light_sample};
+use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
+use crate::estimators::receiver::Receiver;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;

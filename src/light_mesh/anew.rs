@@ -6,7 +6,7 @@ use super::exact::{MeshPlace, look_at_all};
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
 use super::walks::{HALVES, in_halves_lx, sample_at_place_lx};
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::SMALL_SHARE;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;

@@ -4,12 +4,14 @@
 use glam::DVec3;
 
 use super::exact::MeshPlace;
-use super::indirect::ONE_NORMAL;
 use super::mesh::Surroundings;
 use super::sights::Sights;
 use crate::maps::MapKind;
 use crate::sampling::random::Stream;
 use crate::scene::{Quantity, ReceiverLayout};
+
+/// Normals nearer to each other than this, by 1 less their cosine, are one.
+pub(super) const ONE_NORMAL: f64 = 1e-9;
 
 /// Places of an element at which a mesh is asked: their mean is exact for what varies quadratically.
 const PLACES_OF_ELEMENT: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];

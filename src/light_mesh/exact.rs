@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::mesh::Surroundings;
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;

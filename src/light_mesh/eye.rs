@@ -12,9 +12,9 @@ use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::estimators::direct::MOST_EACH;
-use crate::estimators::direct::Receiver;
 use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
 use crate::estimators::luminance::{looks_from_gloss_cd_m2, share_of_ray};
+use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;

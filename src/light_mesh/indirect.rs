@@ -6,17 +6,17 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::entries::Entries;
+use super::entries::{Entries, ONE_NORMAL};
 use super::fit::Fit;
 use super::harmonics::{COEFFICIENTS, Harmonics};
 use super::lattice::{Index, Lattice};
 use super::mesh::{NEAREST, SetKind, Surroundings};
-use super::options::IndirectForm;
+use super::options::{IndirectForm, Stop};
 use super::solids::Walls;
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
 use super::walks::{HALVES, images_at_place_lx, sample_along_lx, sample_at_place_lx, walks_at_place_lx};
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
@@ -34,12 +34,6 @@ const WALKS_BETWEEN_LOOKS: u64 = 1024;
 /// The map number of the streams of walks towards the first normal, less the number of the normal.
 const TOWARDS_NORMALS: u32 = u32::MAX - 16;
 
-/// Whether a limit or the user has ended the run.
-pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
-
-/// Where nothing ends a run.
-pub const NEVER: Stop<'static> = &|| false;
-
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type HalfCoefficients = [[f64; COEFFICIENTS]; HALVES];
 
@@ -56,9 +50,6 @@ struct PlaneIlluminances {
     normal: DVec3,
     tree: SparseTree<[OnceLock<Option<[f64; HALVES]>>; LEAF_POINTS]>,
 }
-
-/// Normals nearer to each other than this, by 1 less their cosine, are one.
-pub(super) const ONE_NORMAL: f64 = 1e-9;
 
 /// How indirect light is gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,15 +4,14 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use glam::DVec3;
 
-use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
-use super::options::{Accelerations, Options};
+use super::options::{Accelerations, Options, Stop};
 use super::samples::{DIGITS, Samples, SeenSamples, Sees, by_tree, one_by_one};
 use super::solids::{Solids, Walls};
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::scene::Scene;
 
 /// Nobody has asked for the point yet.

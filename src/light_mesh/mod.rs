@@ -31,10 +31,12 @@ mod walks;
 pub use complete::Rounds;
 pub use entries::Entries;
 pub use error::{NotForLightMesh, check};
-pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, NEVER, Stop};
+pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh};
 pub use lattice::{Index, Lattice};
 pub use mesh::{Counts, LightMesh, MeshLight, SetKind, Surroundings, Workroom};
-pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};
+pub use options::{
+    Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, NEVER, Options, RADIUS_PER_STEP, Stop,
+};
 pub use plan::{DirectPlan, IndirectPlan, MapPlan, Planner, Why, Wishes};
 pub use result::{MeshFacts, TracedMap};
 pub use samples::{SamplePlacing, Samples};

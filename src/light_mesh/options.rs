@@ -11,6 +11,12 @@ pub(super) const FIRST_CHECK_WALKS: u64 = 256;
 /// Walks from a place in the only round, after the run has been ended.
 pub(super) const HURRIED_PLACE_WALKS: u32 = 4;
 
+/// Whether a limit or the user has ended the run.
+pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Where nothing ends a run.
+pub const NEVER: Stop<'static> = &|| false;
+
 /// What saves time; each can be switched off, and then changes what is stated beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accelerations {

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use super::entries::Entries;
-use super::indirect::{IndirectMesh, Stop};
+use super::indirect::IndirectMesh;
 use super::judge::{ONE_IN_SIXTY, choose, looks_until, measure_direct};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{
     Accelerations, DIRECT_PLACES, FIRST_CHECK_WALKS, IndirectForm, Options, RADIUS_PER_STEP, SHARE_OF_ALL,
-    SHARE_OF_DIRECT,
+    SHARE_OF_DIRECT, Stop,
 };
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, Tracer};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::opening::OpeningPoint;

@@ -6,8 +6,8 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
+use super::options::Stop;
 use crate::chain::Stage;
 use crate::check::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
 use crate::geometry::{Crossed, Tracer};

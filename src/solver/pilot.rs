@@ -13,9 +13,10 @@ use super::job::Context;
 use super::pace::TimeLeft;
 use crate::base::scattered::scattered;
 use crate::estimators::control_variate::ControlVariates;
-use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
 use crate::estimators::neighbours::Sharing;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::DirectLook;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
@@ -170,7 +171,7 @@ pub fn direct_cost(
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.
-                let seen = element.look_twice(stage, &mut scratch, &mut stream);
+                let seen = scratch.look_twice(stage, &element, &mut stream);
                 let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
             }),

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::job::Context;
-use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::one_plane;
 use crate::geometry::Origin;
 use crate::maps::MapKind;

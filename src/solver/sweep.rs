@@ -13,8 +13,9 @@ pub use self::walks::{PointWalks, walks_from_points};
 use super::adapt::{Adaptive, add_direct};
 use super::job::{Context, Ends};
 use crate::estimators::control_variate::ControlVariates;
-use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::DirectLook;
 use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
@@ -112,7 +113,7 @@ pub fn direct_in_elements(
             let element = Element::of(context.stage, context.scene, elements, index as u32).exposed(exposed[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let seen = element.look_twice(context.stage, &mut scratch, &mut stream);
+                let seen = scratch.look_twice(context.stage, &element, &mut stream);
                 let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0]);
                 for (number, lx) in scores_lx.into_iter().enumerate() {
                     direct[number * sites + index] += lx;

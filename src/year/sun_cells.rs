@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::sun_nodes::SunNodes;
 use crate::base::half_samples::PARTED;
 use crate::chain::{Stage, TriangleSide};
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::sunlight::Suns;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use luxmc::chain::Stage;
-use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::receiver::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};

@@ -4,7 +4,7 @@ use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
-use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::receiver::Receiver;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
     Accelerations, Counts, Entries, IndirectForm, LightMesh, NEVER, Options, SamplePlacing, Samples, Solids,

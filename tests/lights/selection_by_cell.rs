@@ -4,7 +4,8 @@
 
 use glam::DVec3;
 use luxmc::chain::Stage;
-use luxmc::estimators::direct::{Receiver, SampleCost, one_light_sample};
+use luxmc::estimators::direct::{SampleCost, one_light_sample};
+use luxmc::estimators::receiver::Receiver;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, Side};

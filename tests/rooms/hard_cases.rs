@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use luxmc::chain::{End, SURFACES_BETWEEN_CLOCKS, Stage};
-use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::receiver::Receiver;
 use luxmc::estimators::walk::{MOST_RAYS_OF_A_WALK, sample_indirect_lx};
 use luxmc::maps::{Estimate, MapResult};
 use luxmc::sampling::emitter_tree::Cut;

@@ -2,7 +2,7 @@
 
 use super::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
 

@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::{Adaptive, Exposure, cuts_of, element_above, exposed_shares, slope_from_m};
-use crate::estimators::direct::DirectPass;
-use crate::estimators::element::{Element, TwoLooks};
+use crate::estimators::direct::{DirectPass, TwoLooks};
+use crate::estimators::element::Element;
 use crate::maps::Detail;
 use crate::maps::basis::{Linear, slopes_at};
 use crate::sampling::random::{Purpose, Stream};
@@ -225,7 +225,7 @@ impl Cutting {
             let look = |point: usize| {
                 stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
                 let at = element.draw(context.stage, &mut stream);
-                let seen = element.look_twice_at(at, context.stage, &mut pass, &mut stream);
+                let seen = pass.look_twice_at(context.stage, &element, at, &mut stream);
                 rays += seen.rays;
                 // What receives light is not covered.
                 if seen.looks_lx.iter().any(|lx| *lx > 0.0) {

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::base::scattered::scattered;
 use crate::chain::Stage;
-use crate::estimators::direct::Receiver;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
+use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::sample_reflected_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;

@@ -5,8 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{POINTS_PER_CHUNK, merged, stream_index};
-use crate::estimators::direct::Receiver;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
+use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::sample_reflected_lx;
 use crate::maps::{PartScores, REPLICAS, ReplicaMap, Tally};
 use crate::sampling::emitter_tree::Cut;

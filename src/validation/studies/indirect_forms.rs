@@ -11,7 +11,7 @@ use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::check::scene_from_json;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
 use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
 use crate::sampling::emitter_tree::Cut;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::chain::Stage;
 use crate::check::scene_from_json;
-use crate::estimators::direct::Receiver;
+use crate::estimators::receiver::Receiver;
 use crate::light_mesh::exact::look_at_all;
 use crate::light_mesh::{
     Counts, Lattice, LightMesh, NEVER, Options, SamplePlacing, Samples, Solids, Surroundings, Workroom,
