@@ -16,9 +16,10 @@ use serde::{Deserialize, Serialize};
 pub use self::first::Cutting;
 pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
-use super::job::{Context, Shows};
-use super::pilot::is_over;
-use super::sweep::stream_number;
+use super::context::Context;
+use super::empty_maps::Shows;
+
+use super::streams::stream_number;
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::TwoLooks;
 use crate::estimators::element::Element;
@@ -194,7 +195,7 @@ pub(super) fn exposed_shares(
             Exposure::Known(share) => return (share, 0),
             Exposure::AtAPlace => 1,
             // A run that has ended asks no more: nothing lies on most elements.
-            _ if is_over(context) => return (1.0, 0),
+            _ if context.is_over() => return (1.0, 0),
             Exposure::Unknown | Exposure::AsAWhole => COVER_POINTS,
             Exposure::InPart => MOST_COVER_POINTS,
         };

@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::adapt::{SideLosses, corners_within, cuts_of, element_above, reference_on};
-use super::job::{Context, Shows, element_weights};
-use super::sweep::stream_number;
+use super::context::Context;
+use super::empty_maps::{Shows, element_weights};
+use super::streams::stream_number;
 use crate::maps::basis::Linear;
 use crate::maps::{IndirectDetail, Piece, ReplicaMap, Unit, Variation};
 use crate::scene::Elements;

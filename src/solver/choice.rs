@@ -5,9 +5,10 @@
 use std::ops::RangeInclusive;
 
 use super::Method;
-use super::job::{Context, Engine, Job, Offer, Offered, SHARE_OF_A_LOOK};
+use super::context::Context;
+use super::job::{Engine, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
-use super::pilot::is_over;
+
 use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
@@ -96,14 +97,14 @@ fn is_believed(plan: &LocalPlan, weights: &[f64], found: RangeInclusive<f64>, sc
 ///
 /// `at_best` is the work by the cheapest other way.
 fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64) -> Offered {
-    if is_over(context) {
+    if context.is_over() {
         return Err("the run is over");
     }
     let error_lx = target * job.mean_without_gathering_lx();
     let mut plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
     job.work.pilot_rays += plan.pilot_rays;
     if !is_believed(&plan, &job.weights, LEAST_FOUND..=MOST_HIDDEN, MOST_SCATTER) {
-        if at_best < WORTH_TRACING || is_over(context) {
+        if at_best < WORTH_TRACING || context.is_over() {
             return Err(UNSURE);
         }
         plan = LocalPlan::by_tracing(context, set, at_best);

@@ -1,8 +1,11 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::adapt::most_that_adapt;
-use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
-use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
+use super::context::Context;
+use super::ends::Ends;
+use super::glare::{rate, words_on_outside};
+use super::glare_rating::{GlareRating, worst_of_sets};
+use super::job::{Engine, Job, PACKETS_OF_A_BOUND};
 use super::sky_components::sky_components_lx;
 use super::spending::{Activity, Spending};
 use super::surface_tables::{receiver_table, surface_tables};

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 pub use self::gatherer::Gatherer;
 use self::records::Records;
+use super::context::Context;
 use super::guide::Guide;
-use super::job::Context;
 use super::order::{Order, WalkOrder};
 use crate::caches::{CellGrid, CellLight};
 use crate::maps::REPLICAS;

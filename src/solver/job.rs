@@ -3,7 +3,6 @@
 mod connecting;
 mod counting;
 mod elements;
-mod ends;
 mod engine;
 mod expected;
 mod forecast;
@@ -21,26 +20,25 @@ use serde::{Deserialize, Serialize};
 
 use self::connecting::first_rounds;
 pub use self::connecting::{Offer, Offered};
-use self::elements::numbers_per_site;
-pub use self::elements::{Refinement, Shows, element_map, element_weights, receiver_map};
-pub use self::ends::Ends;
+pub use self::elements::Refinement;
 pub use self::engine::Engine;
 pub use self::forecast::Hindrance;
 pub use self::gathering::SHARE_OF_A_LOOK;
 use self::parts::{AdaptingState, ConnectingState, Costs, GatheringState, Looks, WalkingState, WorkDone};
 use super::Method;
 use super::adapt::{Adaptive, Cutting};
+use super::context::Context;
+use super::empty_maps::{element_map, numbers_per_site, receiver_map};
+use super::ends::Ends;
 use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
-use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use super::sweep::{self, Deposits};
-use crate::chain::Stage;
 use crate::estimators::control_variate::ControlVariates;
 use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, judge};
-use crate::scene::{Elements, Scene};
+use crate::scene::Elements;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
@@ -55,47 +53,6 @@ const FIRST_LOCAL_CHAINS: u64 = 64;
 
 /// Relative errors below this one are the rounding of sums, not chance.
 const ROUNDING: f64 = 1e-12;
-
-/// Everything that a job needs to know of its run.
-pub struct Context<'a> {
-    /// The scene as read.
-    pub scene: &'a Scene,
-    /// The scene made ready for packets.
-    pub stage: &'a Stage,
-    /// Seed of the run.
-    pub seed: u64,
-    /// How maps are estimated.
-    pub method: Method,
-    /// Error that the run is planned for.
-    pub target_error: f64,
-    /// Whether it goes to that error, and not to a number of chains.
-    pub to_target: bool,
-    /// Error that elements adapt to, if they do.
-    pub adapt_to: Option<f64>,
-    /// What time it has left.
-    pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
-    /// How much work it does between two looks at the clock.
-    pub pace: Pace,
-}
-
-#[cfg(test)]
-impl<'a> Context<'a> {
-    /// Of a test that is in no hurry: by counts, to 1 %.
-    pub fn of_a_test(scene: &'a Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
-        let (method, target_error, time_left) = (Method::Collision, 0.01, &|| TimeLeft::Enough);
-        Context {
-            scene,
-            stage,
-            seed,
-            method,
-            target_error,
-            to_target: true,
-            adapt_to: None,
-            time_left,
-            pace: Pace::steady(),
-        }
-    }
-}
 
 /// One map in the making.
 #[derive(Serialize, Deserialize)]

@@ -10,10 +10,11 @@ use std::sync::atomic::Ordering::Relaxed;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::job::Context;
+use super::context::Context;
 use super::pace::TimeLeft;
 use super::pilot::PartCost;
-use super::sweep::{emission_shift, merged, spread_choice};
+use super::streams::{emission_shift, spread_choice};
+use super::sweep::merged;
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
 use crate::maps::{MapKind, PartScores, ReplicaMap};

@@ -10,8 +10,9 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use super::context::Context;
 use super::finish::{Ending, finish};
-use super::job::{Context, Engine, Job};
+use super::job::{Engine, Job};
 use super::pace::{Pace, TimeLeft};
 use super::run::DEFAULT_TARGET_ERROR;
 use super::share::{MapOfShare, MapSums, ShareRecord};

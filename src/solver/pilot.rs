@@ -9,8 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adapt::Adaptive;
-use super::job::Context;
-use super::pace::TimeLeft;
+use super::context::Context;
 use crate::base::scattered::scattered;
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::DirectPass;
@@ -165,7 +164,7 @@ pub fn direct_cost(
         if exposed == 0.0 {
             continue;
         }
-        if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && is_over(context) {
+        if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && context.is_over() {
             break;
         }
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
@@ -275,10 +274,10 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     let mut sites = Sites::default();
     for some in indices.chunks(FEWEST_SITES) {
         // A walk in a white place takes long.
-        let walk_in_time = |(place, index)| (place == 0 || !is_over(context)).then(|| walk_from(index));
+        let walk_in_time = |(place, index)| (place == 0 || !context.is_over()).then(|| walk_from(index));
         let found: Vec<Option<Sites>> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
         found.iter().flatten().for_each(|site| sites.merge(site));
-        if sites.rays > ENOUGH_RAYS as f64 || is_over(context) {
+        if sites.rays > ENOUGH_RAYS as f64 || context.is_over() {
             break;
         }
     }
@@ -293,7 +292,7 @@ fn sites_of(context: &Context, set: usize) -> u64 {
 
 /// Passes, or walks, of each of so many points, where usually so many do.
 fn samples_of_a_site(context: &Context, sites: u64, usual: u64) -> u64 {
-    if is_over(context) {
+    if context.is_over() {
         return SAMPLES_IN_HASTE;
     }
     let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
@@ -325,7 +324,7 @@ fn over_receivers<S: Send>(
     let mut done = 0;
     for some in indices.chunks(FEWEST_SITES) {
         // Where a million luminaires shine a single point takes long.
-        let look_in_time = |(place, index): (usize, &usize)| (place == 0 || !is_over(context)).then(|| look(index));
+        let look_in_time = |(place, index): (usize, &usize)| (place == 0 || !context.is_over()).then(|| look(index));
         let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(look_in_time).collect();
         for site in found.into_iter().flatten() {
             done += 1;
@@ -333,15 +332,10 @@ fn over_receivers<S: Send>(
                 return;
             }
         }
-        if is_over(context) {
+        if context.is_over() {
             return;
         }
     }
-}
-
-/// Whether a limit or the user has ended the run: what a pilot has seen must do.
-pub fn is_over(context: &Context) -> bool {
-    (context.time_left)() <= TimeLeft::None
 }
 
 /// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
@@ -367,7 +361,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         });
         rays += chain_rays;
         chains += 1;
-        if chains >= FEWEST_SITES && rays > ENOUGH_RAYS || is_over(context) {
+        if chains >= FEWEST_SITES && rays > ENOUGH_RAYS || context.is_over() {
             break;
         }
     }
@@ -400,7 +394,7 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
         }
         rays += chain_rays;
         chains += 1;
-        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || is_over(context)) {
+        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || context.is_over()) {
             break;
         }
     }
@@ -442,7 +436,7 @@ impl Sites {
             // Long walks: a look at the clock every so many rays.
             if self.rays - asked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
                 asked_at = self.rays;
-                if is_over(context) {
+                if context.is_over() {
                     break;
                 }
             }
@@ -489,6 +483,7 @@ mod tests {
     use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::scene::Scene;
+    use crate::solver::pace::TimeLeft;
 
     /// A room with a lamp and a grid of receivers.
     pub(super) fn room_with(grid: &str) -> Scene {

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::job::{Ends, Job};
+use super::ends::Ends;
+use super::job::Job;
 use super::run::{GoingOn, Observer, solve_as};
 use super::spending::Spending;
 use super::{Settings, Solution};

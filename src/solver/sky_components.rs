@@ -6,8 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::job::{Context, Job};
-use super::pilot::is_over;
+use super::context::Context;
+use super::job::Job;
+
 use crate::base::half_samples::{PARTED, mean_and_halves, standard_error};
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
@@ -60,7 +61,7 @@ pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues
     let MapKind::Receivers(set) = job.kind else { return (Vec::new(), 0) };
     let receivers = &context.scene.receivers[set];
     let is_daylit = context.scene.daylight().is_some_and(|(outside_lx, _)| outside_lx > 0.0);
-    if !is_daylit || receivers.quantity != Quantity::Perpendicular || is_over(context) {
+    if !is_daylit || receivers.quantity != Quantity::Perpendicular || context.is_over() {
         return (Vec::new(), 0);
     }
     let none = Openings::default();
@@ -69,14 +70,14 @@ pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues
     let mut points = vec![PointSums::default(); receivers.points.len()];
     let walk = |points: &mut [PointSums], walks: std::ops::Range<u64>| {
         points.par_iter_mut().zip(&receivers.points).enumerate().for_each(|(index, (found, point))| {
-            if !point.inside && !is_over(context) {
+            if !point.inside && !context.is_over() {
                 walk_from(context, (set, index), openings, point, found, walks.clone());
             }
         });
     };
     walk(&mut points, 0..FIRST_WALKS);
     let first_rays: u64 = points.iter().map(|point| point.rays).sum();
-    if is_over(context) {
+    if context.is_over() {
         return (Vec::new(), first_rays);
     }
     let affordable = SHARE_OF_RAYS * job.all_rays() as f64 * FIRST_WALKS as f64 / first_rays.max(1) as f64;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::glare::GlareRating;
+use super::glare_rating::GlareRating;
 use super::spending::Spending;
 use crate::control::Forecast;
 use crate::maps::{Judgement, MapError, MapResult};

@@ -9,7 +9,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::job::{Context, Job};
+use super::context::Context;
+use super::job::Job;
 use super::pace::TimeLeft;
 use super::spending::Activity;
 use crate::estimators::element::Element;

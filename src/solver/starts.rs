@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::job::Context;
+use super::context::Context;
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::one_plane;

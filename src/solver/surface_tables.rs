@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
-use super::job::{Context, Job};
-use super::pilot::is_over;
+use super::context::Context;
+use super::job::Job;
+
 use crate::maps::{
     CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
     remaining_in_averages, table_row,
@@ -136,7 +137,7 @@ fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<
     for of in sides.iter().filter(|of| of.grid.is_some()) {
         of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
     }
-    let has_ended = is_over(context);
+    let has_ended = context.is_over();
     let is_cheap = (COVER_POINTS * job.elements.len() as u64) as f64 <= SHARE_OF_COVER * job.all_rays() as f64;
     let known = |index: u32| match is_asked_for[index as usize] {
         true if has_ended => Exposure::AtAPlace,

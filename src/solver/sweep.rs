@@ -11,7 +11,9 @@ use rayon::prelude::*;
 
 pub use self::walks::{PointWalks, walks_from_points};
 use super::adapt::{Adaptive, add_direct};
-use super::job::{Context, Ends};
+use super::context::Context;
+use super::ends::Ends;
+use super::streams::{emission_shift, spread_choice, stream_index};
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
@@ -24,9 +26,6 @@ use crate::scene::{Elements, IntensityTable};
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
-/// Bits of a stream's index that count samples; the bits above them tell the point or the element.
-const SAMPLE_BITS: u32 = 32;
-
 /// What chains deposit in the element map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deposits {
@@ -38,15 +37,6 @@ pub enum Deposits {
 
 /// Rays of a replica after which it traces no further chain for the balance of flux.
 const RAYS_FOR_ENDS: u64 = 20_000;
-
-/// Number of the element map's streams after so many rounds of cuts: what starts anew draws anew.
-pub(super) fn stream_number(rounds: u32) -> u32 {
-    if rounds == 0 { MapKind::Elements.number() } else { u32::MAX - rounds }
-}
-
-pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
-    ((entry as u64) << SAMPLE_BITS) | sample
-}
 
 /// Passes over the direct light of a range of element sides; returns the rays traced.
 pub fn direct_over_elements(
@@ -304,23 +294,6 @@ pub fn direct_at_points(
     rays
 }
 
-/// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.
-const SHIFT_INDEX: u64 = u64::MAX >> 32;
-
-/// The random shift of a replica's emitter choices.
-pub(super) fn emission_shift(stream: &mut Stream) -> f64 {
-    stream.seek(SHIFT_INDEX << 32);
-    stream.fine_unit()
-}
-
-/// Choice of the emitter for a chain: the van der Corput sequence, shifted at random for every replica, so that any
-/// run of chains shares itself out among the luminaires in proportion to flux, and each choice alone is uniform.
-pub(super) fn spread_choice(chain: u64, shift: f64) -> f64 {
-    let van_der_corput = (chain.reverse_bits() >> 11) as f64 / (1u64 << 53) as f64;
-    let choice = van_der_corput + shift;
-    if choice >= 1.0 { choice - 1.0 } else { choice }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -328,21 +301,6 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-
-    #[test]
-    fn choices_spread_evenly_and_stay_below_one() {
-        for shift in [0.0, 0.3, 1.0 - 2f64.powi(-53)] {
-            for first in [0, (1u64 << 32) - 32, 5 << 40] {
-                let mut counts = [0; 8];
-                for chain in first..first + 64 {
-                    let choice = spread_choice(chain, shift);
-                    assert!((0.0..1.0).contains(&choice));
-                    counts[(choice * 8.0) as usize] += 1;
-                }
-                assert!(counts.iter().all(|count| (7..=9).contains(count)), "{counts:?}");
-            }
-        }
-    }
 
     #[test]
     fn chains_beyond_four_billion_are_chains_of_their_own() {

@@ -1,6 +1,6 @@
 //! What a solution says of the scene's requirements.
 
-use super::glare::worst_of_sets;
+use super::glare_rating::worst_of_sets;
 use super::{GlareRating, Solution};
 use crate::base::glare::LEAST_RATING;
 use crate::control::{Certainty, Limit, Ruling, certainty};

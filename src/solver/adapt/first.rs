@@ -13,9 +13,8 @@ use crate::maps::Detail;
 use crate::maps::basis::{Linear, slopes_at};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
-use crate::solver::job::Context;
+use crate::solver::context::Context;
 use crate::solver::pace::TimeLeft;
-use crate::solver::pilot::is_over;
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
@@ -214,7 +213,7 @@ impl Cutting {
         let (elements, round) = (&self.elements, self.round);
         let looks = self.looks[range.clone()].par_iter_mut().zip(wanted).enumerate();
         let rays = looks.map(|(place, (looks, points))| {
-            if points == 0 || is_over(context) {
+            if points == 0 || context.is_over() {
                 return 0;
             }
             let index = range.start + place;

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use crate::maps::Variation;
 use crate::scene::Elements;
-use crate::solver::job::{Context, Shows};
+use crate::solver::context::Context;
+use crate::solver::empty_maps::Shows;
 
 /// The smooth part of what the elements of one side of a surface lose: with the square of the area where they show
 /// slopes, with the area itself where they do not.

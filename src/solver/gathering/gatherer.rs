@@ -12,7 +12,7 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::solver::guide::Guide;
 use crate::solver::order::{Order, WalkOrder};
 use crate::solver::starts::Starts;
-use crate::solver::sweep::stream_index;
+use crate::solver::streams::stream_index;
 
 /// Rays, or walks, whose cells are looked up together.
 const BLOCK: u64 = 64;

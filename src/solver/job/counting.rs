@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
+use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::maps::MapKind;
+use crate::solver::context::Context;
 use crate::solver::spending::Activity;
 use crate::solver::sweep::{self, Deposits};
 

@@ -2,9 +2,11 @@
 
 use super::super::adapt::{Exposure, Looked, Refined, Spent, exposed_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
-use super::{Context, Engine, Job};
+use super::{Engine, Job};
 use crate::maps::{MapKind, MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
+use crate::solver::context::Context;
+use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
 
 /// What became of the elements of a map after a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -212,56 +214,4 @@ impl Job {
         }
         values
     }
-}
-
-/// Numbers that one of so many elements or points shows, weighted: all weights over those of the means.
-pub(super) fn numbers_per_site(weights: &[f64], sites: usize) -> f64 {
-    weights.iter().sum::<f64>() / weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE)
-}
-
-/// Whether elements that adapt show slopes, and the share of each that is exposed.
-pub type Shows<'a> = (&'a [bool], &'a [f64]);
-
-/// An empty map of elements, and its weights; what elements that adapt show goes with them.
-pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
-    let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
-    let weights = element_weights(context, elements, shows);
-    let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.element(index as u32));
-    // A packet that meets an element that seems covered counts in all of it.
-    let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
-    let area_m2: Vec<f64> = weights[..elements.len()].iter().enumerate().map(area_m2).collect();
-    let unit = Unit::Packets { luminous_flux_lm, area_m2 };
-    let mut map = match shows {
-        Some(_) => ReplicaMap::linear(elements.len(), unit),
-        None => ReplicaMap::new(elements.len(), unit),
-    };
-    map.may_be_covered = true;
-    (map, weights)
-}
-
-/// Weights of all entries of a map of elements: areas in m², of elements that adapt those that are exposed, and 0 for slopes
-/// that are not shown.
-pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
-    let numbers = 0..elements.len() as u32;
-    let area_m2: Vec<f64> = numbers.map(|index| elements.area_m2(context.scene, elements.element(index))).collect();
-    let Some((sloped, exposed)) = shows else {
-        return area_m2;
-    };
-    let area_m2: Vec<f64> = area_m2.iter().zip(exposed).map(|(area_m2, exposed)| area_m2 * exposed).collect();
-    let of_slopes = area_m2.iter().zip(sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
-    let of_slopes: Vec<f64> = of_slopes.collect();
-    [area_m2, of_slopes.clone(), of_slopes].concat()
-}
-
-/// An empty map of a receiver set, and its weights.
-pub fn receiver_map(context: &Context, set: usize) -> (ReplicaMap, Vec<f64>) {
-    let receivers = &context.scene.receivers[set];
-    let weights: Vec<f64> =
-        receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
-    let unit = match receivers.is_far_field() {
-        // Solid angles stand where areas do.
-        true => Unit::Packets { luminous_flux_lm: context.stage.emitters.luminous_flux_lm(), area_m2: weights.clone() },
-        false => Unit::Lux,
-    };
-    (ReplicaMap::new(weights.len(), unit), weights)
 }

@@ -1,7 +1,8 @@
 //! The rays and the work that each method would take to an error, as pilots tell.
 
-use super::{Context, Engine, Job};
+use super::{Engine, Job};
 use crate::maps::REPLICAS;
+use crate::solver::context::Context;
 use crate::solver::regions::POINTS_OF_A_BLOCK;
 
 /// Chains of a replica at which counts are judged for the first time, and walks from each point, which may be fewer where the pilot says

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
+use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::control::{
     EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, NINE_OF_TEN, deviation_of_work, effective_scores,
     needed_work, spare_for_tail, work_for_tail, work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
+use crate::solver::context::Context;
 
 /// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
 const RAYS_OF_AN_ENTRY: f64 = 1.0;

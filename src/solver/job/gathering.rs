@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::elements::{element_weights, numbers_per_site};
-use super::{Context, Engine, Job, Method, element_map};
+use super::{Engine, Job, Method};
 use crate::control::{GatheringGrowth, GatheringParts, KINDS};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
 use crate::solver::broad::Broad;
+use crate::solver::context::Context;
+use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
 use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 use crate::solver::regions::regions_of;

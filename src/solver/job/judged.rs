@@ -1,8 +1,9 @@
 //! What becomes of a job's judgement, whether it made its samples itself or shares did.
 
-use super::{Context, Engine, Job, PACKETS_OF_A_BOUND};
+use super::{Engine, Job, PACKETS_OF_A_BOUND};
 use crate::control::statistical_checks;
 use crate::maps::{MapKind, PastJudgement, ScoreEvidence};
+use crate::solver::context::Context;
 use crate::solver::local::Kernel;
 
 impl Job {

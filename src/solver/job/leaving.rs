@@ -1,8 +1,9 @@
 //! A job of what leaves the scene, and which jobs are of what is seen.
 
-use super::{Context, Job};
+use super::Job;
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::{IntensityTable, Quantity};
+use crate::solver::context::Context;
 use crate::solver::sweep::leaving_chains;
 
 impl Job {

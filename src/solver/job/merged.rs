@@ -1,9 +1,10 @@
 //! Jobs that shares have done: their sums are added, and judged like those of any other.
 
-use super::{Context, Engine, Job};
+use super::{Engine, Job};
 use crate::control::accepts;
 use crate::maps::{MapKind, Unit, judge};
 use crate::scene::{Elements, Scene};
+use crate::solver::context::Context;
 use crate::solver::local::Kernel;
 
 impl Engine {

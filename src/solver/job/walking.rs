@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::parts::WalkingState;
-use super::{Context, Engine, Job, Tally, after_sweep, slice_of_sweep};
+use super::{Engine, Job, Tally, after_sweep, slice_of_sweep};
 use crate::maps::{MapKind, half_squares};
+use crate::solver::context::Context;
 use crate::solver::pilot::{DirectShare, PartCost};
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK};
 use crate::solver::sweep::{self, PointWalks};

@@ -16,8 +16,8 @@ use crate::estimators::local::{Anchors, ChainVertex, Connecting};
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::solver::job::Context;
-use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over};
+use crate::solver::context::Context;
+use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES};
 
 /// Chains of the pilot at least and at most, and work by the cheapest other way for which it traces each of them.
 const FEWEST_CHAINS: usize = 256;
@@ -223,7 +223,7 @@ impl Pilot {
         let is_done = |chains: usize, rays: u64, vertices: usize| {
             chains == most
                 || chains >= FEWEST_SITES && (rays >= enough_rays || vertices >= enough_vertices)
-                || chains >= 2 && (vertices >= MOST_VERTICES || is_over(context))
+                || chains >= 2 && (vertices >= MOST_VERTICES || context.is_over())
         };
         while !is_done(chains.len(), path_rays, vertex_count) {
             let mut vertices = Vec::new();
@@ -435,14 +435,14 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartV
         if point.inside {
             continue;
         }
-        if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 || sites >= 2.0 && is_over(context) {
+        if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 || sites >= 2.0 && context.is_over() {
             break;
         }
         let (mut sum, mut squares, mut rays_of_site, mut done) = (0.0, 0.0, 0, 0);
         let rate = anchors.walk_rate(entry);
         for walk in 0..WALKS {
             // A single walk in a white place may take a good part of a second.
-            if done >= 2 && is_over(context) {
+            if done >= 2 && context.is_over() {
                 break;
             }
             done += 1;

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::{
-    ENOUGH_RAYS, FEWEST_SITES, IndirectCost, PartCost, Sites, WALKS, WORTH_ANOTHER, is_over, over_receivers,
-    samples_of_a_site, sites_of,
+    ENOUGH_RAYS, FEWEST_SITES, IndirectCost, PartCost, Sites, WALKS, WORTH_ANOTHER, over_receivers, samples_of_a_site,
+    sites_of,
 };
 use crate::base::scattered::scattered;
 use crate::chain::Stage;
@@ -15,7 +15,7 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Quantity, ReceiverPoint};
-use crate::solver::job::Context;
+use crate::solver::context::Context;
 use crate::solver::pace::TimeLeft;
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
 
@@ -155,7 +155,7 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
             let mut shared = SharedWalks::default();
             rays += shared.sample(stage, &neighbours, (1, ALL), (&mut cut, &mut stream), seek);
             passes.push(shared);
-            if passes.len() as u64 >= FEWEST_WALKS && (rays > ENOUGH_RAYS || is_over(context)) {
+            if passes.len() as u64 >= FEWEST_WALKS && (rays > ENOUGH_RAYS || context.is_over()) {
                 break;
             }
         }
@@ -189,14 +189,14 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
     let mut all = vec![Sites::default(); ways.len()];
     let (mut rays, mut sites) = (0, 0);
     for some in groups_of(&receivers.points).chunks(GROUPS_AT_A_TIME) {
-        let walk_in_time = |(place, group)| (place == 0 || !is_over(context)).then(|| walk_from(group));
+        let walk_in_time = |(place, group)| (place == 0 || !context.is_over()).then(|| walk_from(group));
         let found: Vec<_> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
         for (found, of_group) in found.into_iter().flatten() {
             all.iter_mut().zip(&found).for_each(|(all, found)| all.merge(found));
             rays += of_group;
         }
         sites += some.iter().map(Vec::len).sum::<usize>();
-        if sites >= FEWEST_SITES && rays > ENOUGH_RAYS || is_over(context) {
+        if sites >= FEWEST_SITES && rays > ENOUGH_RAYS || context.is_over() {
             break;
         }
     }

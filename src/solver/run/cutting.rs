@@ -37,11 +37,12 @@ mod tests {
 
     use super::super::clock::Clock;
     use super::super::standing::Standing;
-    use super::super::{Context, Method, Observer, Progress, Settings};
+    use super::super::{Method, Observer, Progress, Settings};
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::scene::Scene;
+    use crate::solver::context::Context;
     use crate::solver::job::Job;
     use crate::solver::spending::Spending;
 

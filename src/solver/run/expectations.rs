@@ -2,11 +2,12 @@
 
 use super::clock::Clock;
 use super::standing::Standing;
-use super::{Context, Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
+use super::{Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
 use crate::base::memory::limit_bytes;
 use crate::control::Forecast;
 use crate::estimators::roulette::stage_for_walks;
 use crate::scene::Scene;
+use crate::solver::context::Context;
 use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
 use crate::solver::spending::Spending;
 use crate::solver::{Method, Settings};

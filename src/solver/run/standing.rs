@@ -145,11 +145,12 @@ mod tests {
     use std::sync::atomic::Ordering::Relaxed;
 
     use super::super::clock::Clock;
-    use super::super::{Context, MapSelection, Method, Observer, Progress, Run, Settings};
+    use super::super::{MapSelection, Method, Observer, Progress, Run, Settings};
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::sampling::random::{Purpose, Stream};
+    use crate::solver::context::Context;
     use crate::solver::spending::Spending;
 
     /// What is kept is what a look at all maps would tell: 2,000 changes of 40 maps (seed 4).

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{POINTS_PER_CHUNK, merged, stream_index};
+use super::{POINTS_PER_CHUNK, merged};
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::sample_reflected_lx;
@@ -12,8 +12,9 @@ use crate::maps::{PartScores, REPLICAS, ReplicaMap, Tally};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::allotment::Allotment;
-use crate::solver::job::Context;
+use crate::solver::context::Context;
 use crate::solver::regions::Groups;
+use crate::solver::streams::stream_index;
 
 /// Groups of neighbours that a thread takes at a time.
 pub(super) const GROUPS_PER_CHUNK: usize = 8;
