@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::direct::{DirectPass, SampleCost, one_light_sample};
 use super::receiver::Receiver;
+use super::walk::MOST_RAYS_OF_A_WALK;
 use crate::chain::{Stage, TriangleSide};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter::{LightSample, Place};
@@ -20,8 +21,6 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Way};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::Openings;
-
-use super::walk::MOST_RAYS_OF_A_WALK;
 
 /// A place where a walk met a surface that scatters light towards the receiver.
 pub struct MetPlace<'a> {

@@ -18,7 +18,6 @@ pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
 use super::context::Context;
 use super::empty_maps::Shows;
-
 use super::streams::stream_number;
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::TwoLooks;

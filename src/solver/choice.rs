@@ -8,7 +8,6 @@ use super::Method;
 use super::context::Context;
 use super::job::{Engine, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
-
 use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;

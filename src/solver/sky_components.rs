@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::context::Context;
 use super::job::Job;
-
 use crate::base::half_samples::{PARTED, mean_and_halves, standard_error};
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
 use super::context::Context;
 use super::job::Job;
-
 use crate::maps::{
     CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
     remaining_in_averages, table_row,

@@ -33,25 +33,35 @@ impl Job {
         let part = (entries.clone(), times.clone());
         let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
         let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean_lx);
-        if sharing.neighbours > 1 && self.walking.groups.is_none() {
-            let points = &context.scene.receivers[set].points;
-            self.walking.groups = Some(Groups::of(points, 0..points.len(), sharing.neighbours));
-        }
+        self.divide_into_groups(context, set);
         let WalkingState { allotment, groups, .. } = &self.walking;
         let walks = PointWalks { set, number, allotment, sharing, groups: groups.as_ref(), expected_lx };
         self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }
 
+    /// Finds the groups of neighbours that share their walks, where any do and as long as they are not known.
+    fn divide_into_groups(&mut self, context: &Context, set: usize) {
+        let most = self.walking.sharing.neighbours;
+        if most > 1 && self.walking.groups.is_none() {
+            let points = &context.scene.receivers[set].points;
+            self.walking.groups = Some(Groups::of(points, 0..points.len(), most));
+        }
+    }
+
     /// Shares walks out anew where some points scatter far more than others and the target takes so many times the work so far, which is
     /// given up: walks begin anew. Direct light stays as far as it is.
     pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
-        let can = self.engine == Engine::Walk && matches!(self.kind, MapKind::Receivers(_));
         self.walking.to_come = 1.0;
+        let MapKind::Receivers(set) = self.kind else {
+            return;
+        };
+        let can = self.engine == Engine::Walk;
         if !can || self.met || self.looks.refused || !needed.is_finite() || needed < WORK_LEFT.start {
             return;
         }
-        let variances = self.variances_of_walks(context);
+        self.divide_into_groups(context, set);
+        let variances = self.variances_of_walks();
         if needed >= WORK_LEFT.end {
             let gain = self.walking.allotment.gain(&variances);
             self.walking.to_come = (1.0 / gain + 1.0 / WORK_LEFT.end).min(1.0);
@@ -91,21 +101,16 @@ impl Job {
 
     /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor. Neighbours that share
     /// walks take as many each: they have their mean.
-    fn variances_of_walks(&self, context: &Context) -> Vec<[f64; 2]> {
+    fn variances_of_walks(&self) -> Vec<[f64; 2]> {
         let variances = |entry: usize| {
             let of_passes = half_squares(|replica| self.map.indirect[replica][entry]);
             of_passes.map(|of_a_pass| self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass)
         };
         let mut variances: Vec<[f64; 2]> = (0..self.map.len()).map(variances).collect();
-        if let MapKind::Receivers(set) = self.kind
-            && self.walking.sharing.neighbours > 1
-        {
-            let points = &context.scene.receivers[set].points;
-            for group in Groups::of(points, 0..points.len(), self.walking.sharing.neighbours).iter() {
-                let sum = |half: usize| group.iter().map(|entry| variances[*entry as usize][half]).sum::<f64>();
-                let mean = [0, 1].map(|half| sum(half) / group.len() as f64);
-                group.iter().for_each(|entry| variances[*entry as usize] = mean);
-            }
+        for group in self.walking.groups.iter().flat_map(Groups::iter) {
+            let sum = |half: usize| group.iter().map(|entry| variances[*entry as usize][half]).sum::<f64>();
+            let mean = [0, 1].map(|half| sum(half) / group.len() as f64);
+            group.iter().for_each(|entry| variances[*entry as usize] = mean);
         }
         variances
     }

@@ -251,11 +251,12 @@ impl Pilot {
             })
             .collect();
         let vertices: Vec<&ChainVertex> = chains.iter().flatten().collect();
-        let of_vertex = |vertex: &&ChainVertex| {
-            let of_anchor = |anchor: &PilotAnchor| anchors.kernel_and_spread(stage, anchor.number, vertex);
-            looked_at.iter().map(of_anchor).collect::<Vec<_>>()
-        };
-        let pairs: Vec<[f64; 2]> = vertices.par_iter().flat_map_iter(of_vertex).collect();
+        let pairs: Vec<[f64; 2]> = vertices
+            .par_iter()
+            .flat_map_iter(|vertex| {
+                looked_at.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex))
+            })
+            .collect();
         let count = looked_at.len().max(1);
         let mut seen = vec![0.0; if extent.traced { vertices.len() * count } else { 0 }];
         seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(&vertices).for_each(|((seen, pairs), vertex)| {

@@ -17,7 +17,7 @@ use crate::solver::regions::Groups;
 use crate::solver::streams::stream_index;
 
 /// Groups of neighbours that a thread takes at a time.
-pub(super) const GROUPS_PER_CHUNK: usize = 8;
+const GROUPS_PER_CHUNK: usize = 8;
 
 /// Walks that start from the points of a set.
 pub struct PointWalks<'a> {
@@ -35,14 +35,14 @@ pub struct PointWalks<'a> {
 }
 
 /// Indirect illuminance of a group in lx by all scores so far, however slices of work parted them: about what leaves the places that it sees.
-pub(super) struct GroupLevel {
+struct GroupLevel {
     sum_lx: f64,
     scores: f64,
 }
 
 impl GroupLevel {
     /// That of a group in a replica, before any score this illuminance in lx.
-    pub fn of(expected_lx: f64, (slab, samples): (&[f64], Tally), group: &[u32]) -> GroupLevel {
+    fn of(expected_lx: f64, (slab, samples): (&[f64], Tally), group: &[u32]) -> GroupLevel {
         let mut level = GroupLevel { sum_lx: expected_lx, scores: 1.0 };
         for entry in group.iter().map(|entry| *entry as usize) {
             level.sum_lx += slab[entry];
@@ -51,11 +51,11 @@ impl GroupLevel {
         level
     }
 
-    pub fn mean_lx(&self) -> f64 {
+    fn mean_lx(&self) -> f64 {
         self.sum_lx / self.scores
     }
 
-    pub fn add(&mut self, scores_lx: &[f64]) {
+    fn add(&mut self, scores_lx: &[f64]) {
         self.sum_lx += scores_lx.iter().sum::<f64>();
         self.scores += scores_lx.len() as f64;
     }
