@@ -31,6 +31,11 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
+/// An illuminance without its error, which tells none of what lies under that: `349`, `< 0.27`.
+pub fn lux_alone(estimate: Estimate) -> String {
+    lux_with_error(estimate, |number, _| number.to_owned())
+}
+
 /// Percents with their standard error, both to the error's first digit or to two decimals: `88.31 ± 0.01`, `45.5 ± 0`.
 /// Percents under their own error are told by a bound of two digits, as illuminances are: `< 0.50`.
 pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> String) -> String {
@@ -49,12 +54,29 @@ pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> Stri
 /// A uniformity with its standard error, where what it is made of is known.
 pub fn uniformity_with_error(uniformity: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
     uniformity.map_or(UNKNOWN.to_owned(), |uniformity| {
-        join(&ratio(uniformity.value), &ratio_uncertainty(uniformity.standard_error))
+        let [number, error] = uniformity_digits(uniformity);
+        join(&number, &error)
     })
 }
 
+/// A uniformity and its standard error: two decimals, and below 0.1 the digits that limits such as 1:40 ask for.
+pub fn uniformity_digits(Estimate { value, standard_error }: Estimate) -> [String; 2] {
+    let error = if is_small_ratio(value) { uncertainty(standard_error) } else { ratio_uncertainty(standard_error) };
+    [uniformity(value), error]
+}
+
+/// A uniformity for reading: two decimals, below 0.1 two digits.
+pub fn uniformity(value: f64) -> String {
+    if is_small_ratio(value) { decimal(significant(value, 2)) } else { ratio(value) }
+}
+
+/// Whether two decimals would leave a ratio a digit alone, or none.
+fn is_small_ratio(value: f64) -> bool {
+    value > 0.0 && value < 0.0995
+}
+
 /// The standard error of a ratio: two decimals.
-pub fn ratio_uncertainty(number: f64) -> String {
+fn ratio_uncertainty(number: f64) -> String {
     if number > 0.0 && number < 0.005 { decimal("0.01") } else { ratio(number) }
 }
 
@@ -201,6 +223,20 @@ mod tests {
             ["88.31 ± 0.01", "45.5 ± 0", "51.23 ± 0.05"]
         );
         assert_eq!([told(91.2, 0.31), told(47.0, 13.0), told(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.50"]);
+    }
+
+    #[test]
+    fn small_uniformities_keep_two_digits() {
+        let told = |value: f64, standard_error: f64| {
+            uniformity_with_error(Some(Estimate { value, standard_error }), |number, error| {
+                format!("{number} ± {error}")
+            })
+        };
+        assert_eq!([told(0.821, 0.0029), told(0.0536, 0.021)], ["0.82 ± 0.01", "0.054 ± 0.02"]);
+        assert_eq!(
+            [told(0.025, 0.0013), told(0.0996, 0.02), told(0.0, 0.0)],
+            ["0.025 ± 0.0013", "0.10 ± 0.02", "0.00 ± 0.00"]
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::html::{HtmlTable, with_error};
-use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, significant, uncertainty};
+use super::numbers::{UNKNOWN, lux, significant, uncertainty, uniformity, uniformity_digits};
 use super::picture::escaped;
 use super::sheet::{Sheet, SheetCell};
 use super::texts::{decimal, said, say};
@@ -135,7 +135,8 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         say!(
             "<b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in 95 cases of 100, lies on one side of the limit. \
              <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
-             alone. The standards themselves are the authority for what they ask."
+             alone; that of a least or greatest value is of its place by itself, since the verdict counts the places, and may be less than \
+             under Results. The standards themselves are the authority for what they ask."
         ),
         entries_asked(&verdicts)
     )
@@ -181,7 +182,7 @@ fn area_words(area: Area) -> Option<&'static str> {
 }
 
 /// Symbols with their indices set low.
-fn with_indices(words: &str) -> String {
+pub(super) fn with_indices(words: &str) -> String {
     ["Emin", "Emax", "U0", "Ud"].iter().fold(words.to_owned(), |words, symbol| {
         words.replace(symbol, &format!("{}<sub>{}</sub>", &symbol[..1], &symbol[1..]))
     })
@@ -228,12 +229,12 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
                 Measure::Ugr => decimal(format!("{value:.1}")),
                 measure if measure.is_illuminance() => lux(value),
                 Measure::DirectUniformityUd => decimal(significant(value, 2)),
-                _ => ratio(value),
+                _ => uniformity(value),
             };
             let error = match verdict.requirement.measure {
                 Measure::DirectUniformityUd | Measure::Ugr => uncertainty(standard_error),
                 measure if measure.is_illuminance() => uncertainty(standard_error),
-                _ => ratio_uncertainty(standard_error),
+                _ => uniformity_digits(*estimate)[1].clone(),
             };
             // A value under its own error is told by its interval alone.
             let [value, error] = if estimate.is_known() { [number(value), error] } else { [unknown(), unknown()] };

@@ -13,7 +13,7 @@ use crate::output::plan::small_plan;
 use crate::output::plots::{PlotKind, maintenance_note};
 use crate::output::schedule::{Power, floor_area_m2};
 use crate::output::texts::say;
-use crate::output::verdicts::{requirement_words, verdict_section, verdict_sentence};
+use crate::output::verdicts::{requirement_words, verdict_section, verdict_sentence, with_indices};
 use crate::solver::{Verdict, verdicts};
 
 /// Requirements that the first paragraph names at most.
@@ -159,7 +159,7 @@ impl Report<'_> {
         let of: Vec<&Verdict> = verdicts.iter().filter(|verdict| verdict.ruling() == ruling).collect();
         let name = |verdict: &&Verdict| {
             let name = &self.scene.receivers[verdict.set].name;
-            format!("{} ({})", escaped(&requirement_words(&verdict.requirement)), escaped(name))
+            format!("{} ({})", with_indices(&escaped(&requirement_words(&verdict.requirement))), escaped(name))
         };
         let names: Vec<String> = of.iter().take(MOST_NAMED).map(name).collect();
         let more = if of.len() > MOST_NAMED { say!(" and {} more", of.len() - MOST_NAMED) } else { String::new() };
