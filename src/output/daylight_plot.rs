@@ -1,10 +1,10 @@
 //! The plot of daylight factors on a grid.
 
-use super::color::SOFT;
 use super::flat::FlatMap;
-use super::map_plot::{GAP, MapLayout, ROOM, draw_map, foot, head, plus_minus};
+use super::map_plot::{MapLayout, draw_map};
+use super::map_words::{GAP, draw_notes, foot, head, line_of_numbers, plus_minus};
 use super::numbers::{lux, percent, percents_with_error, tick};
-use super::picture::{Picture, Words};
+use super::picture::Picture;
 use super::texts::say;
 use crate::maps::{DaylightFactors, Estimate, MapResult, MapValues, NO_SKY_PERCENT};
 
@@ -23,17 +23,17 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     let (layout, mut picture) = MapLayout::of(&shown);
     let above = percent(factors.shares_above[0].value);
     let remark = say!("; {} of the area above {} %", above, lux(factors.targets_percent[0]));
-    head(&mut picture, &shown, say!("Daylight factor"), &remark);
+    let rest = head(&mut picture, &shown, say!("Daylight factor"), &remark);
     let told =
         |name: &str, estimate: Estimate| format!("{name} = {} %{GAP}", percents_with_error(estimate, plus_minus));
     let numbers = told("Dmean", factors.average_percent)
         + &told("Dmin", factors.minimum_percent)
         + &told("Dmedian", factors.median_percent);
-    picture.words(Words::new(numbers.trim_end().to_owned(), [ROOM.left, 65.0], 13.0));
+    line_of_numbers(&mut picture, numbers.trim_end());
     let range = shown.field.range().unwrap_or_default();
     let levels = LEVELS_PERCENT.into_iter().filter(|level| (range[0]..range[1]).contains(level)).collect();
     let remark = draw_map(&mut picture, &shown, &layout, (levels, say!("lines")), "%");
-    foot(&mut picture, &shown, &format!("{remark}{note}"));
+    foot(&mut picture, &shown, &format!("{rest}{remark}{note}"));
     picture
 }
 
@@ -51,13 +51,13 @@ pub(super) struct PercentWords<'a> {
 /// False colours of percents at the points of a grid.
 pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
     let (layout, mut picture) = MapLayout::of(flat);
-    head(&mut picture, flat, words.title, words.remark);
-    picture.words(Words::new(words.numbers.clone(), [ROOM.left, 65.0], 13.0));
+    let rest = head(&mut picture, flat, words.title, words.remark);
+    line_of_numbers(&mut picture, &words.numbers);
     let range = flat.field.range().unwrap_or_default();
     let levels = words.levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
     let remark = draw_map(&mut picture, flat, &layout, (levels, say!("lines")), "%");
-    let told = format!("{remark}{} {}", say!("± is one standard error."), words.note);
-    picture.words(Words::new(told.trim_end().to_owned(), [ROOM.left, picture.height - 26.0], 11.0).ink(SOFT));
+    let told = format!("{rest}{remark}{} {}", say!("± is one standard error."), words.note);
+    draw_notes(&mut picture, &told, 0);
     picture
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::contour::Field;
 use super::picture::PagePoint;
 use super::texts::{say, separator, words};
-use crate::maps::{MapKind, MapResult, TableKind, TableRow};
+use crate::maps::{Estimate, MapKind, MapResult, TableKind, TableRow};
 use crate::scene::elements::part_corners;
 use crate::scene::{Elements, Quantity, ReceiverLayout, ReceiverSet, Scene, Side, SurfaceId};
 
@@ -118,6 +118,15 @@ pub struct FlatPoint {
     pub spot: PagePoint,
     /// Illuminance in lx.
     pub illuminance_lx: f64,
+    /// Its standard error.
+    pub standard_error_lx: f64,
+}
+
+impl FlatPoint {
+    /// Illuminance with its error.
+    pub fn estimate_lx(&self) -> Estimate {
+        Estimate { value: self.illuminance_lx, standard_error: self.standard_error_lx }
+    }
 }
 
 /// Illuminance on a grid or on one side of a flat surface.
@@ -237,6 +246,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
         place: [index as u32 % columns, index as u32 / columns],
         spot: plane.spot(point.position_m),
         illuminance_lx: *value,
+        standard_error_lx: map.values.standard_error_lx.get(index).copied().unwrap_or(0.0),
     });
     Some(FlatMap {
         row,

@@ -3,7 +3,7 @@
 use super::axes::TYPE;
 use super::color::{BLACK, Ink, SOFT, WHITE, mixed};
 use super::flat::FlatMap;
-use super::map_plot::{MapLayout, draw_axes, draw_cells};
+use super::map_plot::{LEAST_LEGEND, MapLayout, draw_axes, draw_cells};
 use super::numbers::percent;
 use super::picture::{Pen, Picture, TextAnchor, Words};
 use super::texts::say;
@@ -111,7 +111,7 @@ fn ink(deviation: f64) -> Ink {
 
 fn draw_legend(picture: &mut Picture, layout: &MapLayout) {
     let (left, width) = (layout.left + layout.width + 22.0, 16.0);
-    let height = layout.height.max(90.0);
+    let height = layout.height.max(LEAST_LEGEND);
     let (top, bottom) = (layout.top, layout.top + height);
     let y = |deviation: f64| bottom - (deviation + MOST) / (2.0 * MOST) * height;
     for shade in -SHADES..=SHADES {

@@ -5,24 +5,19 @@ use std::collections::{BTreeMap, HashMap};
 use super::axes::{Scale, TYPE};
 use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
-use super::flat::{FlatMap, quantity_words, unit_words};
+use super::flat::{FlatMap, FlatPoint, quantity_words, unit_words};
 use super::font::text_width;
-use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
+use super::map_words::{LineSpace, ROOM, SMALL, foot, head, numbers_of};
+use super::numbers::{lux_alone, round_step, round_ticks, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::texts::{said, say};
-use crate::maps::{Estimate, TableRow};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [700.0, 560.0];
 /// The same of a small map.
 const SMALLEST: [f64; 2] = [330.0, 260.0];
-/// Room for titles above, axis below, numbers at the left and the legend at the right.
-pub(super) const ROOM: LineSpace = LineSpace { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
 /// Room about a small map, which has no titles.
 const SMALL_ROOM: LineSpace = LineSpace { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
-/// Size of the type of the line of numbers, where there is room, and what stays free beside it.
-const NUMBERS: f64 = 13.0;
-const MARGIN: f64 = 8.0;
 /// The least that a page is wide, for its titles.
 const LEAST_WIDTH: f64 = 620.0;
 /// Colours of the scale: more are not told apart.
@@ -40,23 +35,13 @@ const NARROW: f64 = 0.05;
 const RANGE_OF_CHANCE: f64 = 2.3;
 /// The scale begins at 0 unless all values exceed this share of the greatest.
 const FROM_ZERO: f64 = 0.7;
-/// Sets numbers in a line apart; plain spaces would fall together.
-pub(super) const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
 /// With a greater stated error isolux lines would wind about chance.
 const NOISIEST: f64 = 0.12;
 /// With a greater stated error short isolux lines are left out.
 const NOISY: f64 = 0.02;
-/// Size of the type of labels in the drawing.
-const SMALL: f64 = 11.0;
-/// Between two lines of small type.
-const LINE: f64 = 15.0;
-
-pub(super) struct LineSpace {
-    top: f64,
-    bottom: f64,
-    pub left: f64,
-    right: f64,
-}
+/// The least that a legend is high beside a flat drawing, and how much lower than the drawing's axis it may reach.
+pub(super) const LEAST_LEGEND: f64 = 90.0;
+const LEGEND_BELOW: f64 = 34.0;
 
 /// The drawing on its page.
 pub(super) struct MapLayout {
@@ -83,7 +68,8 @@ impl MapLayout {
         let left = room.left + 0.5 * (page_width - room.left - width - room.right);
         let layout = MapLayout { low_m, scale, left, top: room.top, width, height };
         let description = say!("Illuminance map of {}", map.row.name);
-        (layout, Picture::new(page_width, room.top + height + room.bottom, description))
+        let page_height = room.top + room.bottom + height.max(LEAST_LEGEND - LEGEND_BELOW);
+        (layout, Picture::new(page_width, page_height, description))
     }
 
     fn spot(&self, [x, y]: PagePoint) -> PagePoint {
@@ -99,6 +85,15 @@ impl MapLayout {
         vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]]
     }
 
+    /// The spot nearest to this one about which so much lies within the drawing to either side.
+    fn inward(&self, [x, y]: PagePoint, [across, up]: [f64; 2]) -> PagePoint {
+        let within = |at: f64, from: f64, length: f64, room: f64| match 2.0 * room < length {
+            true => at.clamp(from + room, from + length - room),
+            false => at,
+        };
+        [within(x, self.left, self.width, across), within(y, self.top, self.height, up)]
+    }
+
     /// Whether a box about a spot lies within the drawing.
     fn holds(&self, [x, y]: PagePoint, room: f64) -> bool {
         (self.left + room..=self.left + self.width - room).contains(&x)
@@ -112,10 +107,10 @@ impl MapLayout {
 /// points of a grid (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = MapLayout::of(map);
-    head(&mut picture, map, said(quantity_words(map.quantity)), "");
+    let rest = head(&mut picture, map, said(quantity_words(map.quantity)), "");
     numbers_of(&mut picture, map.row);
     let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
-    foot(&mut picture, map, &format!("{remark}{note}"));
+    foot(&mut picture, map, &format!("{rest}{remark}{note}"));
     picture
 }
 
@@ -175,9 +170,9 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
         [across, up] => say!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
     };
     let title = say!("{}, values in lx", said(quantity_words(map.quantity)));
-    head(&mut picture, map, &title, &say!("{}; minimum and maximum framed", thinning));
+    let rest = head(&mut picture, map, &title, &say!("{}; minimum and maximum framed", thinning));
     numbers_of(&mut picture, map.row);
-    foot(&mut picture, map, note);
+    foot(&mut picture, map, &format!("{rest}{note}"));
     picture
 }
 
@@ -187,69 +182,6 @@ fn ordinal(count: u32) -> String {
         3 => say!("3rd").to_owned(),
         n => say!("{}th", n),
     }
-}
-
-pub(super) fn plus_minus(number: &str, error: &str) -> String {
-    format!("{number} ± {error}")
-}
-
-pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
-    let row = map.row;
-    let side = if row.side == "back" { say!(", back") } else { "" };
-    picture.words(Words::new(format!("{quantity}: {}{side}", row.name), [ROOM.left, 24.0], 17.0).bold());
-    let view = format!("{}; {}{remark}", map.plane.view, map.count);
-    picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
-}
-
-/// Averages and uniformities below the title.
-fn numbers_of(picture: &mut Picture, row: &TableRow) {
-    let extreme = |extreme: Option<Estimate>| {
-        extreme.map_or(UNKNOWN.to_owned(), |extreme| format!("{} lx", lux_with_error(extreme, plus_minus)))
-    };
-    let numbers = format!(
-        "Ē = {} lx{GAP}Emin = {}{GAP}Emax = {}{GAP}U0 = {}{GAP}Ud = {}",
-        lux_with_error(row.average_lx, plus_minus),
-        extreme(row.least()),
-        extreme(row.greatest()),
-        uniformity_with_error(row.u0(), plus_minus),
-        uniformity_with_error(row.ud(), plus_minus),
-    );
-    // Large numbers on a narrow page are set smaller.
-    let room = picture.width - ROOM.left - MARGIN;
-    let size = NUMBERS * (room / text_width(&numbers, NUMBERS, false)).min(1.0);
-    picture.words(Words::new(numbers, [ROOM.left, 65.0], size));
-}
-
-pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
-    let error = say!(
-        "Stated error of this map {} (relative RMS of its values); ± is one standard error.",
-        percent(map.estimated_error)
-    );
-    let y = picture.height - 26.0;
-    picture.words(Words::new(error, [ROOM.left, y], SMALL).ink(SOFT));
-    // A narrow page grows downward where the note takes several lines.
-    let lines = lines_within(note, SMALL, picture.width - ROOM.left - MARGIN);
-    picture.height += LINE * lines.len().saturating_sub(1) as f64;
-    for (number, line) in lines.into_iter().enumerate() {
-        picture.words(Words::new(line, [ROOM.left, y + LINE * (1 + number) as f64], SMALL).ink(SOFT));
-    }
-}
-
-/// Words in lines no wider than so much, but for single words that are.
-fn lines_within(text: &str, size: f64, width: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if text_width(&format!("{line} {word}"), size, false) <= width => *line += &format!(" {word}"),
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// A map of more cells is drawn by what those of a spot of the page have together.
@@ -346,19 +278,26 @@ pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &MapLayout
         let length = if axis == 0 { layout.width } else { layout.height };
         let most = ((length / 60.0) as usize).clamp(2, 12);
         let mut last = f64::NEG_INFINITY;
+        let mut is_free = |at: f64, room: f64| {
+            let is_free = (at - last).abs() >= room;
+            last = if is_free { at } else { last };
+            is_free
+        };
         for number in round_ticks(numbers[0].min(numbers[1]), numbers[0].max(numbers[1]), most) {
             let at = of.coordinate_m(number);
             if axis == 0 {
                 let [x, _] = layout.spot([at, low[1]]);
-                if (x - last).abs() < text_width(&tick(rounded(number)), TYPE, false) + 6.0 {
+                if !is_free(x, text_width(&tick(rounded(number)), TYPE, false) + 6.0) {
                     continue;
                 }
-                last = x;
                 picture.line(vec![[x, bottom], [x, bottom + 4.0]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [x, bottom + 17.0], TYPE);
                 picture.words(words.anchored(TextAnchor::Middle));
             } else {
                 let [_, y] = layout.spot([low[0], at]);
+                if !is_free(y, TYPE + 2.0) {
+                    continue;
+                }
                 picture.line(vec![[layout.left - 4.0, y], [layout.left, y]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [layout.left - 7.0, y + 4.0], TYPE);
                 picture.words(words.anchored(TextAnchor::End));
@@ -465,7 +404,8 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32
         return [1, 1];
     };
     let least = map.points.iter().min_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)).unwrap_or(most);
-    let width = map.points.iter().map(|point| text_width(&lux(point.illuminance_lx), SMALL, false)).fold(0.0, f64::max);
+    let text = |point: &FlatPoint| lux_alone(point.estimate_lx());
+    let width = map.points.iter().map(|point| text_width(&text(point), SMALL, false)).fold(0.0, f64::max);
 
     // The fewest columns and rows to step over so that no two texts touch, whichever way the grid is turned.
     let by_place: HashMap<[u32; 2], PagePoint> = map.points.iter().map(|point| (point.place, point.spot)).collect();
@@ -477,21 +417,24 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32
             Some([0, 1].map(|i| layout.scale * (other[i] - point.spot[i]).abs()))
         });
         neighbours.map_or(1, |[across, up]| {
-            let share = (across / (width + 7.0)).max(up / (SMALL + 6.0));
+            // At the rim of narrow cells numbers are moved inward.
+            let moved = (0.5 * (width - across)).max(0.0);
+            let share = (across / (width + moved + 7.0)).max(up / (SMALL + 6.0));
             (1.0 / share.max(1e-3)).ceil() as u32
         })
     };
     let steps = [step(0), step(1)];
-    let [least_spot, most_spot] = [least, most].map(|point| layout.spot(point.spot));
+    let spot_of = |point: &FlatPoint| layout.inward(layout.spot(point.spot), [0.5 * width, 0.5 * SMALL]);
+    let [least_spot, most_spot] = [least, most].map(spot_of);
     for point in &map.points {
-        let spot = layout.spot(point.spot);
+        let spot = spot_of(point);
         let is_extreme = point.place == least.place || point.place == most.place;
         let crowds =
             |other: PagePoint| (spot[0] - other[0]).abs() < width + 6.0 && (spot[1] - other[1]).abs() < SMALL + 5.0;
         let is_due = point.place.iter().zip(steps).all(|(place, step)| place % step == (step - 1) / 2);
         if is_extreme || (is_due && !crowds(least_spot) && !crowds(most_spot)) {
             let base = [spot[0], spot[1] + 0.36 * SMALL];
-            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(TextAnchor::Middle);
+            let words = Words::new(text(point), base, SMALL).anchored(TextAnchor::Middle);
             if is_extreme {
                 let (w, h) = (0.5 * width + 4.0, 0.5 * SMALL + 3.0);
                 let [x, y] = spot;
@@ -548,7 +491,7 @@ impl ColorScale {
     fn draw_legend(&self, picture: &mut Picture, layout: &MapLayout, levels: &[f64], unit: &str) {
         let (left, width) = (layout.left + layout.width + 22.0, 16.0);
         // A flat drawing still has room for a legend.
-        let height = layout.height.max(90.0);
+        let height = layout.height.max(LEAST_LEGEND);
         let (top, bottom) = (layout.top, layout.top + height);
         let y = |share: f64| bottom - share * height;
         for shade in 0..SHADES {
@@ -575,22 +518,5 @@ impl ColorScale {
         };
         let anchor = if title.len() <= 2 { TextAnchor::Start } else { TextAnchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A long note stands in lines that fit their page, and none of its words is lost.
-    #[test]
-    fn a_long_note_takes_several_lines() {
-        let note =
-            "No isolux lines: the values differ by little more than their error. The target does not bind this map.";
-        let lines = lines_within(note, SMALL, 300.0);
-        assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, SMALL, false) <= 300.0), "{lines:?}");
-        assert_eq!(lines.join(" "), note);
-        assert_eq!(lines_within(note, SMALL, 3000.0), [note]);
-        assert!(lines_within("", SMALL, 300.0).is_empty());
     }
 }

@@ -23,6 +23,7 @@ mod leaving_light;
 mod lines;
 mod luminance_plot;
 mod map_plot;
+mod map_words;
 mod maps;
 pub mod numbers;
 mod observers;

@@ -6,7 +6,7 @@ use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, Ink, SOFT, perceptual};
 use super::daylight_plot::{PercentWords, percent_picture, sky_component_picture};
 use super::flat::{FlatMap, grid_map};
-use super::map_plot::{GAP, ROOM, plus_minus};
+use super::map_words::{GAP, ROOM, plus_minus};
 use super::numbers::{percents_with_error, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::raster::png;
