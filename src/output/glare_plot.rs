@@ -4,7 +4,7 @@ use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
 use super::font::text_width;
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
-use super::plan::{Plan, middle_m};
+use super::plan::{Labels, Plan, middle_m};
 use super::texts::say;
 use crate::scene::Scene;
 use crate::solver::GlareRating;
@@ -59,7 +59,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
         }
     }
     plan.draw_sights(&mut picture, observer.eye_m, &[observer.view]);
-    plan.label(&mut picture, &mut Vec::new(), &[plan.spot(observer.eye_m)], set.name.clone());
+    plan.label(&mut picture, &mut Labels::default(), &[plan.spot(observer.eye_m)], set.name.clone());
     picture
 }
 

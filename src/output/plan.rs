@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
+use super::font::text_width;
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::schedule::Schedule;
 use super::texts::say;
@@ -31,22 +32,26 @@ const SYMBOL: f64 = 10.0;
 const MOST_LETTERS: usize = 200;
 /// Of more receiver sets than this the first alone bear their names: each is put below those that are in its way.
 const MOST_NAMES: usize = 200;
+/// What stays free beside a name.
+const FREE: f64 = 4.0;
 /// Ink of edges.
 const EDGES: Ink = [120, 120, 120];
 
 /// The scene from above: x to the right, y up, in metres.
 pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::begin(scene, say!("Plan of the scene from above"));
-    plan.draw_luminaires(&mut picture, schedule);
-    plan.draw_receivers(&mut picture);
+    let mut labels = Labels::default();
+    plan.draw_luminaires(&mut picture, &mut labels, schedule);
+    plan.draw_receivers(&mut picture, &mut labels);
     picture
 }
 
 /// The same so small that two pictures stand side by side.
 pub fn small_plan(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::within(scene, say!("Plan of the scene from above"), SMALL);
-    plan.draw_luminaires(&mut picture, schedule);
-    plan.draw_receivers(&mut picture);
+    let mut labels = Labels::default();
+    plan.draw_luminaires(&mut picture, &mut labels, schedule);
+    plan.draw_receivers(&mut picture, &mut labels);
     picture
 }
 
@@ -78,6 +83,13 @@ pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
         return corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
     }
     emission.place_m().unwrap_or(DVec3::ZERO)
+}
+
+/// What bears words already: left end, base line and width of each, and how many of them are names of receiver sets.
+#[derive(Default)]
+pub(super) struct Labels {
+    taken: Vec<[f64; 3]>,
+    names: usize,
 }
 
 /// A plan in the making: its frame, and the scene that it shows.
@@ -210,33 +222,32 @@ impl<'a> Plan<'a> {
         squares
     }
 
-    fn draw_receivers(&self, picture: &mut Picture) {
-        let mut labels: Vec<PagePoint> = Vec::new();
+    fn draw_receivers(&self, picture: &mut Picture, labels: &mut Labels) {
         for set in &self.scene.receivers {
             match set.layout {
                 ReceiverLayout::Grid { origin_m, u_m, v_m, columns, rows, .. } => {
                     let ring = [DVec3::ZERO, u_m, u_m + v_m, v_m].map(|corner| self.spot(origin_m + corner));
                     picture.ring(ring.to_vec(), Pen::new(BLUE, 1.4).dashed(6.0, 3.0));
                     let what = format!("{}, {columns} × {rows}", set.name);
-                    self.label(picture, &mut labels, &ring, what);
+                    self.label(picture, labels, &ring, what);
                 }
                 ReceiverLayout::Points | ReceiverLayout::Part(_) if set.quantity.is_illuminance() => {
-                    self.draw_points(picture, &mut labels, set)
+                    self.draw_points(picture, labels, set)
                 }
                 ReceiverLayout::Towards { eye_m } => {
                     self.draw_sights(picture, eye_m, &[]);
-                    self.label(picture, &mut labels, &[self.spot(eye_m)], set.name.clone());
+                    self.label(picture, labels, &[self.spot(eye_m)], set.name.clone());
                 }
                 // What leaves the scene is received nowhere in it.
                 ReceiverLayout::Intensity(_) => {}
-                _ => self.draw_observer(picture, &mut labels, set),
+                _ => self.draw_observer(picture, labels, set),
             }
         }
     }
 
     /// An eye with the first, the middle and the last of its directions; of observers of glare all eyes, and if there is
     /// one alone, the line of sight.
-    fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, set: &ReceiverSet) {
+    fn draw_observer(&self, picture: &mut Picture, labels: &mut Labels, set: &ReceiverSet) {
         let Some(first) = set.points.first() else { return };
         let last = set.points.len() - 1;
         let eyes_m = match &set.observers[..] {
@@ -271,7 +282,7 @@ impl<'a> Plan<'a> {
         picture.circle(eye, 4.0, Pen::new(BLUE, 1.4));
     }
 
-    fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, set: &ReceiverSet) {
+    fn draw_points(&self, picture: &mut Picture, labels: &mut Labels, set: &ReceiverSet) {
         let spots: Vec<PagePoint> = set.points.iter().map(|point| self.spot(point.position_m)).collect();
         for [x, y] in &spots {
             for (i, j) in [(3.0, 3.0), (3.0, -3.0)] {
@@ -281,21 +292,27 @@ impl<'a> Plan<'a> {
         self.label(picture, labels, &spots, set.name.clone());
     }
 
-    /// Names a set at its upper left corner, below what is named there already; of very many sets the first.
-    pub fn label(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, ring: &[PagePoint], text: String) {
-        if labels.len() >= MOST_NAMES {
+    /// Names a set at its upper left corner, below words that stand there already, and within the page; of very many sets the first.
+    pub fn label(&self, picture: &mut Picture, labels: &mut Labels, ring: &[PagePoint], text: String) {
+        if labels.names >= MOST_NAMES {
             return;
         }
         let least = |axis: usize| ring.iter().map(|spot| spot[axis]).fold(f64::INFINITY, f64::min);
-        let mut spot = [least(0) + 5.0, least(1) + 14.0];
-        while labels.iter().any(|other| (other[0] - spot[0]).abs() < 160.0 && (other[1] - spot[1]).abs() < 14.0) {
+        let width = text_width(&text, TYPE, false);
+        let left = (least(0) + 5.0).min(picture.width - width - FREE).max(FREE);
+        let mut spot = [left, least(1) + 14.0];
+        let is_taken = |[_, y]: PagePoint, [other, base, other_width]: &[f64; 3]| {
+            left < other + other_width + FREE && *other < left + width + FREE && (base - y).abs() < 14.0
+        };
+        while labels.taken.iter().any(|other| is_taken(spot, other)) {
             spot[1] += 15.0;
         }
-        labels.push(spot);
+        labels.taken.push([left, spot[1], width]);
+        labels.names += 1;
         picture.words(Words::new(text, spot, TYPE).ink(BLUE).rimmed(2.0));
     }
 
-    fn draw_luminaires(&self, picture: &mut Picture, schedule: &Schedule) {
+    fn draw_luminaires(&self, picture: &mut Picture, labels: &mut Labels, schedule: &Schedule) {
         let has_letters = self.scene.luminaires.len() <= MOST_LETTERS;
         // Of very many, symbols that hide each other are one.
         let is_crowded = self.scene.luminaires.len() > MOST_SYMBOLS;
@@ -335,6 +352,7 @@ impl<'a> Plan<'a> {
             if has_letters {
                 let letter = schedule.letter_of(index);
                 let spot = [middle[0] + 8.0, middle[1] - 6.0];
+                labels.taken.push([spot[0], spot[1], text_width(letter, TYPE, true)]);
                 picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(TextAnchor::Start));
             }
         }
@@ -399,11 +417,17 @@ mod tests {
             "luminaires": [ { "name": "l", "type": "point", "position": [1,1,1], "luminous_flux_lm": 1 } ] }"#;
         let scene = scene_from_json(text, None, std::path::Path::new(".")).expect("a valid scene");
         let (plan, mut picture) = Plan::begin(&scene, "plan");
-        let mut labels = Vec::new();
+        let mut labels = Labels::default();
         for number in 0..1000 {
             plan.label(&mut picture, &mut labels, &[[100.0, 100.0]], format!("p{number}"));
         }
-        assert_eq!(labels.len(), MOST_NAMES);
-        assert!(labels.windows(2).all(|pair| pair[1][1] - pair[0][1] >= 14.0));
+        assert_eq!(labels.taken.len(), MOST_NAMES);
+        assert!(labels.taken.windows(2).all(|pair| pair[1][1] - pair[0][1] >= 14.0));
+        // At the right edge a name is moved inward, and away from what bears words.
+        let right = picture.width;
+        let mut labels = Labels { taken: vec![[right - 60.0, 114.0, 40.0]], names: 0 };
+        plan.label(&mut picture, &mut labels, &[[right - 10.0, 100.0]], "view to the board".to_owned());
+        let [left, base, width] = labels.taken[1];
+        assert!(left + width < right && base >= 128.0, "{left} {base} {width}");
     }
 }
