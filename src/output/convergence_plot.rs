@@ -13,6 +13,8 @@ const HEIGHT: f64 = 572.0;
 /// Tops and heights of the panels: errors, and forecasts below them on the same axis.
 const ERRORS: [f64; 2] = [96.0, 270.0];
 const FORECASTS: [f64; 2] = [384.0, 104.0];
+/// Room for the numbers and the label of the axis of the upper panels, where they are alone.
+const BELOW_AXIS: f64 = 36.0;
 /// Left edges of the columns, and the width of one.
 const LEFTS: [f64; 2] = [92.0, 552.0];
 const COLUMN: f64 = 360.0;
@@ -108,9 +110,17 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
         let x = around(rows.iter().map(numbers).chain(stood.iter().flat_map(reach)), 1.15);
         let panel = SpendingPanel { spending, begun_s, rows: &rows, stood: &stood, target };
         panel.draw_errors(&mut picture, left, x, &parts);
-        panel.draw_forecasts(&mut picture, left, x);
+        if !stood.is_empty() {
+            panel.draw_forecasts(&mut picture, left, x);
+        }
     }
     draw_key(&mut picture, &parts, target.is_some(), rows.iter().any(|row| !row.judged));
+    if stood.is_empty() {
+        // A run of a single look forecast nothing.
+        picture.height = FORECASTS[0] + BELOW_AXIS;
+    } else {
+        draw_key_of_forecasts(&mut picture, target.is_some());
+    }
     picture
 }
 
@@ -201,7 +211,11 @@ impl SpendingPanel<'_> {
             }
         }
         let as_percent = |fraction: f64| format!("{} %", tick(((100.0 * fraction) * 1e9).round() / 1e9));
-        frame.draw_upper(picture, say!("stated error"), &as_percent);
+        if self.stood.is_empty() {
+            frame.draw(picture, [said(self.spending.name), say!("stated error")], [&self.spending.show, &as_percent]);
+        } else {
+            frame.draw_upper(picture, say!("stated error"), &as_percent);
+        }
         if let Some(target) = self.target {
             for stood in self.stood {
                 let from = frame.spot(self.spent(stood.row), stood.row.error.estimated);
@@ -257,41 +271,54 @@ fn diamond([x, y]: PagePoint) -> Vec<PagePoint> {
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
+/// Entries of a key beside each other, each behind its sign.
+struct KeyLine {
+    at: PagePoint,
+}
+
+impl KeyLine {
+    fn at_height(y: f64) -> KeyLine {
+        KeyLine { at: [92.0, y] }
+    }
+
+    fn entry(&mut self, picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)) {
+        let [x, y] = self.at;
+        draw(picture, [x, y - 4.0]);
+        picture.words(Words::new(words, [x + 30.0, y], TYPE));
+        self.at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
+    }
+}
+
+fn line(pen: Pen) -> impl Fn(&mut Picture, PagePoint) {
+    move |picture, [x, y]| picture.line(vec![[x, y], [x + 24.0, y]], pen)
+}
+
 fn draw_key(picture: &mut Picture, parts: &[&ErrorPart], has_target: bool, has_pilot: bool) {
-    let mut at = [92.0, 70.0];
-    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)| {
-        draw(picture, [at[0], at[1] - 4.0]);
-        picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
-        at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
-    };
-    let line =
-        |pen: Pen| move |picture: &mut Picture, [x, y]: PagePoint| picture.line(vec![[x, y], [x + 24.0, y]], pen);
-    entry(picture, say!("stated error"), &|picture, [x, y]| {
+    let mut key = KeyLine::at_height(70.0);
+    key.entry(picture, say!("stated error"), &|picture, [x, y]| {
         line(Pen::new(BLUE, 1.8))(picture, [x, y]);
         picture.disk([x + 12.0, y], 2.6, BLUE);
     });
     if has_pilot {
-        entry(picture, say!("expected by the pilot"), &|picture, [x, y]| {
+        key.entry(picture, say!("expected by the pilot"), &|picture, [x, y]| {
             line(Pen::new(BLUE, 1.8))(picture, [x, y]);
             picture.circle([x + 12.0, y], 3.0, Pen::new(BLUE, 1.2));
         });
     }
     for part in parts {
-        entry(picture, said(part.name), &line(Pen::new(part.ink, 1.4)));
+        key.entry(picture, said(part.name), &line(Pen::new(part.ink, 1.4)));
     }
     if has_target {
-        entry(picture, say!("target"), &line(Pen::new(VERMILION, 1.6).dashed(7.0, 4.0)));
+        key.entry(picture, say!("target"), &line(Pen::new(VERMILION, 1.6).dashed(7.0, 4.0)));
     }
-    entry(picture, say!("end of the run"), &|picture, [x, y]| {
+    key.entry(picture, say!("end of the run"), &|picture, [x, y]| {
         picture.line(vec![[x + 12.0, y - 7.0], [x + 12.0, y + 7.0]], Pen::new(VERMILION, 1.6));
     });
-    at = [92.0, HEIGHT - 18.0];
-    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)| {
-        draw(picture, [at[0], at[1] - 4.0]);
-        picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
-        at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
-    };
-    entry(
+}
+
+fn draw_key_of_forecasts(picture: &mut Picture, has_target: bool) {
+    let mut key = KeyLine::at_height(HEIGHT - 18.0);
+    key.entry(
         picture,
         say!("forecast of the whole run as it stood then, with the interval that holds 90 % of runs"),
         &|picture, [x, y]| {
@@ -300,7 +327,7 @@ fn draw_key(picture: &mut Picture, parts: &[&ErrorPart], has_target: bool, has_p
         },
     );
     if has_target {
-        entry(picture, say!("law fitted by then"), &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
+        key.entry(picture, say!("law fitted by then"), &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
     }
 }
 

@@ -258,7 +258,7 @@ impl Report<'_> {
             let of_surface = &listed[surface.name.as_str()];
             if of_surface.is_empty() {
                 let mut cells = facts("");
-                cells.resize(head.len(), String::new());
+                cells.resize(head.len(), UNKNOWN.to_owned());
                 table.row(cells);
             }
             for row in of_surface {

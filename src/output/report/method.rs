@@ -3,7 +3,7 @@
 use super::super::lines::line_item;
 use super::Report;
 use crate::output::html::{HtmlTable, figure};
-use crate::output::numbers::{amount, count_tick, duration};
+use crate::output::numbers::{amount, count_tick, duration, grouped};
 use crate::output::picture::escaped;
 use crate::output::plots::PlotKind;
 use crate::output::report_words::{method_words, stop_words, target_words};
@@ -39,7 +39,7 @@ impl Report<'_> {
             duration(self.context.wall_s),
             self.context.threads,
             if self.context.threads == 1 { say!("thread") } else { say!("threads") },
-            solution.chains,
+            grouped(&solution.chains.to_string()),
             count_tick(round_count(solution.rays)),
             solution.seed
         );
