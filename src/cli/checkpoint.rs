@@ -162,9 +162,12 @@ pub fn check(path: &Path, method: MethodChoice) -> Result<(), Failure> {
 /// What the system answers.
 pub fn prove(path: &Path) -> Result<(), Failure> {
     prove_checkpoint(path).or_else(|error| {
+        // The name of the file that was tried says nothing to anybody.
+        let error = error.to_string();
+        let reason = error.split(" at path ").next().unwrap_or_default();
         refuse(
             "the checkpoint cannot be written",
-            format!("{}: {error}", path.display()),
+            format!("{}: {reason}", path.display()),
             "a file in a directory that is there and can be written to",
             "make the directory, allow writing there, or name another file",
         )

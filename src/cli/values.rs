@@ -134,7 +134,9 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 /// A number of chains: a whole number above 0, `1_000_000` and `1e6` included.
 pub fn chains(text: &str) -> Result<u64, String> {
     let remedy = format!("write a whole number from 1 to {MOST_CHAINS}, such as 1000000, 1_000_000 or 1e6");
-    let chains = whole_number(text).ok_or_else(|| format!("not a whole number; {remedy}"))?;
+    let is_too_large = text.parse().is_ok_and(|number: f64| number > MOST_CHAINS as f64);
+    let fault = if is_too_large { "out of range" } else { "not a whole number" };
+    let chains = whole_number(text).ok_or_else(|| format!("{fault}; {remedy}"))?;
     if (1..=MOST_CHAINS).contains(&chains) { Ok(chains) } else { Err(format!("out of range; {remedy}")) }
 }
 

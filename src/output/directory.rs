@@ -239,6 +239,14 @@ fn make(path: &Path) -> Result<(), OutputError> {
             remedy: "make the directory that it leads to, or name another one with --out",
         });
     }
+    if path.exists() && !path.is_dir() {
+        return Err(OutputError::Unwritable {
+            path: path.to_path_buf(),
+            what: "the directory cannot be made",
+            got: "a file that has this name".to_owned(),
+            remedy: "move that file, or name another directory with --out",
+        });
+    }
     std::fs::create_dir_all(path).map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))
 }
 

@@ -140,6 +140,14 @@ fn refuse_strictly(source: &Source, error: &serde_json::Error) -> (usize, SceneE
         };
         return (control, refusal);
     }
+    if text.trim().is_empty() {
+        let what = "malformed JSON: the file is empty";
+        let remedy = "name the scene file, or begin one: luxmc new office --out DIR";
+        return (
+            start,
+            source.refuse(start..start + 1, "", what, "no text at all", "a JSON object: a scene file", remedy),
+        );
+    }
     let refusal = source.refuse(
         start..start + 1,
         "",

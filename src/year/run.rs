@@ -74,7 +74,10 @@ fn under_even_sky(mut scene: Scene) -> Result<(Scene, f64, f64), NotForYear> {
     let Some(luminaire) = sky else {
         return Err(NotForYear {
             what: "the scene has no sky",
-            got: format!("{} luminaires of other types", scene.luminaires.len()),
+            got: match scene.luminaires.len() {
+                1 => "one luminaire, of another type".to_owned(),
+                count => format!("{count} luminaires of other types"),
+            },
             expected: "a luminaire of type \"sky\", whose brightness comes from the weather",
             remedy: "add { \"name\": \"sky\", \"type\": \"sky\", \"luminance_distribution\": \"overcast\", \
                      \"horizontal_illuminance_lx\": 10000, \"ground_reflectance\": 0.2 }",

@@ -178,7 +178,14 @@ fn tilt_file(
         return Ok(None);
     };
     let path = folder.join(name);
-    let lines = lines_of(&decode(&read_bytes(&path)?));
+    let bytes = read_bytes(&path).map_err(|error| match error {
+        PhotometricError::Unreadable { path, reason, .. } => {
+            let remedy = "line TILT= names it as the lamp's tilt file: put it beside the IES file, or write TILT=NONE";
+            PhotometricError::Unreadable { path, reason, remedy: remedy.to_owned() }
+        }
+        other => other,
+    })?;
+    let lines = lines_of(&decode(&bytes));
     let mut tokens = Tokens::new(&lines, 1, Comma::Delimiter);
     read_tilt(&mut tokens).map(Some).map_err(|error| error.in_file(&path))
 }
