@@ -122,9 +122,8 @@ pub(super) fn fill_in_measured(
     });
     set.average_error_lx = Some(mean_error_lx(&rows.collect::<Vec<_>>()));
 
-    // Walks of different points share nothing; chains that serve many points at once tie their errors together.
-    let walks = map.method == "walk";
-    set.independent = if walks { set.entries.len() as f64 } else { map.error.degrees_of_freedom };
+    // Walks that neighbours share, and chains that serve many points at once, tie their errors together.
+    set.independent = map.error.degrees_of_freedom.min(set.entries.len() as f64);
     Ok(())
 }
 

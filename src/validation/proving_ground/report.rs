@@ -264,8 +264,12 @@ pub fn proof_html(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> Strin
     for (_, picture, caption) in pictures(proof, settings) {
         page.push_str(&format!("<figure>\n{picture}\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&caption)));
     }
-    page.push_str("<h3>Forecasts</h3>\n");
-    page.push_str(&html_table(&forecast_table(proof), false));
+    // No run of a quick look may have taken a second.
+    let forecasts = forecast_table(proof);
+    if !forecasts.rows.is_empty() {
+        page.push_str("<h3>Forecasts</h3>\n");
+        page.push_str(&html_table(&forecasts, false));
+    }
     page.push_str("<h3>Rooms</h3>\n");
     page.push_str(&html_table(&room_table(proof, settings), false));
     page.push_str("<h3>Regions, all targets</h3>\n");
@@ -292,8 +296,11 @@ pub fn proof_md(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String 
     }
     text.push_str("\n\n");
     text.push_str(&md_table(&proof_table(proof, settings)));
-    text.push_str("\n## Forecasts\n\n");
-    text.push_str(&md_table(&forecast_table(proof)));
+    let forecasts = forecast_table(proof);
+    if !forecasts.rows.is_empty() {
+        text.push_str("\n## Forecasts\n\n");
+        text.push_str(&md_table(&forecasts));
+    }
     text.push_str("\n## Rooms\n\n");
     text.push_str(&md_table(&room_table(proof, settings)));
     text.push_str("\n## Regions, all targets\n\n");
