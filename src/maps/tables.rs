@@ -157,8 +157,10 @@ impl Extreme {
     /// of it, or the place's own error, times `per_lx`, where that is more, and how far chance may have pulled it.
     fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_lx: f64, least_error: f64) -> Estimate {
         let spread = jackknife_error(|replica| of(self.without_lx[replica], Some(replica)));
-        let standard_error = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
-        Estimate { value: of(self.whole_lx, None), standard_error }
+        let told = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
+        let value = of(self.whole_lx, None);
+        // What is exact has an error of 0, whatever taking replicas out rounds to.
+        Estimate { value, standard_error: if told > ROUNDING * value { told } else { 0.0 } }
     }
 }
 
@@ -313,7 +315,13 @@ mod tests {
         let share = 3.0 / unmet.average_lx.value;
         assert!((unmet.uniformity_u0.standard_error - share).abs() < 1e-12, "{:?}", unmet.uniformity_u0);
         let met = row(&counted(1.0));
-        assert!(met.minimum_lx.value > 0.0 && met.minimum_lx.standard_error < 1e-9, "{:?}", met.minimum_lx);
+        assert!(met.minimum_lx.value > 0.0, "{:?}", met.minimum_lx);
+        // Thirds are rounded, and yet exact.
+        let rounded = row(&counted(1.0 / 3.0));
+        assert_eq!(
+            [met, rounded].map(|row| [row.minimum_lx, row.maximum_lx].map(|lx| lx.standard_error)),
+            [[0.0; 2]; 2]
+        );
     }
 
     /// Share of so many maps (seed 5) of 40 points whose stated interval of the minimum, of ±2.13 standard errors (Student's t of 15
