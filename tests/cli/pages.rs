@@ -239,7 +239,7 @@ fn the_first_page_tells_whose_project_it_is_and_whether_it_passes() {
         "in spring",
         "<p>Second line.</p>",
         "1 of 2 requirements are met, 1 not.",
-        "Not met: Emin ≥ 5000 lx (desk).",
+        "Not met: E<sub>min</sub> ≥ 5000 lx (desk).",
         "<h2>Verdicts</h2>",
         "<h3>Plan</h3>",
         "<h3>Illuminance: desk</h3>",
