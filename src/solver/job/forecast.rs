@@ -36,8 +36,11 @@ const EXPONENT_OF_GATHERING: f64 = 0.44;
 const DEVIATION_OF_EXPONENT: f64 = 0.04;
 /// Standard deviation of the logarithm of an error of connections from quasi-random points about its law.
 const SCATTER_OF_CONNECTIONS: f64 = 0.06;
-/// What walks take over what their pilot says, since a target is met with a margin and at whole passes (measured in eleven made-up rooms).
+/// What walks take over what their pilot says, since a target is met with a margin (measured in eleven made-up rooms).
 const WALKS_BEYOND_PILOT: f64 = 1.25;
+/// Passes of walks that a map takes beyond those forecast: half a pass since passes are whole, and one more where the look there falls short
+/// of the target, as every other does.
+const PASSES_BEYOND_FORECAST: f64 = 1.0;
 /// What local estimation takes over what its pilot says (measured in six made-up rooms and the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
 /// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
@@ -240,7 +243,8 @@ impl Job {
             (_, Engine::Walk) => {
                 let shared_out = self.walking.brought * self.walking.to_come;
                 let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx);
-                (shared_out * even, DEVIATION_BY_PILOT)
+                let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
+                (shared_out * even + last_rays, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
@@ -262,7 +266,8 @@ impl Job {
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
         let passing = work_to_pass(needed, self.looks.scores_seen, self.looks.tail_spare_seen);
-        let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64);
+        let beyond = if self.engine == Engine::Walk { PASSES_BEYOND_FORECAST } else { 0.0 };
+        let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64 + beyond);
         if self.looks.refused {
             let next = self.rays_of(self.next_judgement as f64);
             let expected = all.max(WORK_OF_REFUSED * next);

@@ -55,19 +55,15 @@ impl Run<'_> {
     }
 
     /// When a map's turn is, the least first: by the share of its work that is done, as far as that can be forecast, else as if half were.
-    /// A first look takes little and tells far more than a pilot: maps that have not begun come before all others, and then those before
-    /// their first look, the one with the most to do first.
+    /// A first look takes little and tells far more than a pilot: maps before theirs come before all others, the one first of whose work a
+    /// ray to the look tells most.
     fn turn_of(&self, job: &Job) -> f64 {
-        let rays = job.work.rays as f64;
-        if job.work.rays == 0 {
-            return f64::NEG_INFINITY;
-        }
         let left = self.left_of(job).map(|left| left.expected).filter(|left| left.is_finite());
-        match left {
-            left if !job.has_been_judged() => -left.unwrap_or(1.0),
-            Some(left) => rays / (rays + left),
-            None => 0.5,
+        if !job.has_been_judged() {
+            return -left.unwrap_or(1.0) / job.rays_to_look(self.context).max(1.0);
         }
+        let rays = job.work.rays as f64;
+        left.map_or(0.5, |left| rays / (rays + left))
     }
 
     pub(super) fn is_done(&self, job: &Job) -> bool {
