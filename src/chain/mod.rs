@@ -54,6 +54,7 @@ pub struct Stage {
     bodies: Vec<Arc<Body>>,
     laws: Vec<Law>,
     has_panes: bool,
+    has_lobes: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -135,6 +136,7 @@ impl Stage {
             triangles.iter().any(|triangle: &TriangleOptics| law(&laws[triangle.law as usize]))
         };
         let has_panes = is_used(&|law| matches!(law, Law::Glass(_)));
+        let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.law as usize].law.has_lobe());
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
         let mut stage = Stage {
@@ -153,6 +155,7 @@ impl Stage {
             bodies: scene.bodies.clone(),
             laws,
             has_panes,
+            has_lobes,
         };
         unlit::mark_unlit(scene, &mut stage);
         stage.selection_by_region = SelectionByRegion::of(scene, &stage);
@@ -251,7 +254,7 @@ impl Stage {
 
     /// Whether any surface scatters light about a direction.
     pub fn has_lobes(&self) -> bool {
-        self.triangles.iter().any(|triangle| matches!(self.laws[triangle.law as usize], Law::Phong(_) | Law::Blinn(_)))
+        self.has_lobes
     }
 
     /// Whether an emitter lights surfaces from near.

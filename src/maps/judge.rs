@@ -38,6 +38,12 @@ impl Judgement {
         self.halves_error.hypot(self.shared_error())
     }
 
+    /// The error to be told of a part of a map: of few entries the halves' error has few degrees of freedom, so that it is that of all
+    /// replicas where this is more, and what the halves share in quadrature. It is never below the error of the part's mean.
+    pub fn error_of_part(&self) -> f64 {
+        self.halves_error.max(self.expected_error).hypot(self.shared_error())
+    }
+
     /// What even and odd share: bias and discretisation, in quadrature.
     pub fn shared_error(&self) -> f64 {
         self.bias.hypot(self.discretisation)
@@ -175,6 +181,24 @@ mod tests {
                 assert!((faulty - truth).abs() > tolerance, "the planted fault passed: {faulty} {truth} ± {tolerance}");
             }
         }
+    }
+
+    /// 40 maps of two entries, as a small surface has them: the error told is never below that of their mean. The halves' alone (the planted
+    /// fault) is in a quarter of them at least.
+    #[test]
+    fn the_error_of_a_part_is_never_below_that_of_its_mean() {
+        let below = |error: &dyn Fn(&Judgement) -> f64| {
+            let runs = (0..40).map(|seed| judge(&noisy(500 + seed, 2, 1, 0.3), (0..2).map(|entry| (entry, 1.0))));
+            runs.filter(|judgement| {
+                let squares =
+                    judgement.means_lx.iter().map(|mean_lx| (mean_lx - judgement.mean_lx).powi(2)).sum::<f64>();
+                let error_of_mean_lx = (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt();
+                error(judgement) * judgement.mean_lx < 0.999_999 * error_of_mean_lx
+            })
+            .count()
+        };
+        assert_eq!(below(&Judgement::error_of_part), 0);
+        assert!(below(&|judgement| judgement.halves_error) >= 10, "the planted fault passed");
     }
 
     /// Degrees of freedom by eight pairs alone, each replica in one of them.

@@ -225,7 +225,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         places,
         area_m2: subject.area_m2 - subject.covered_area_m2,
         covered_area_m2: subject.covered_area_m2,
-        estimated_error: judgement.halves_error,
+        estimated_error: judgement.error_of_part(),
         replica_averages_lx: averages,
     };
     if places == 0 {

@@ -68,7 +68,7 @@ enum SkyDistribution {
 /// How bright a luminaire with an extent is: one of both.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-struct Brightness {
+pub(super) struct Brightness {
     /// Exitance in lm/m².
     #[schemars(range(min = 0.0))]
     exitance_lm_m2: Option<f64>,
@@ -80,7 +80,7 @@ struct Brightness {
 /// What every luminaire may say of its operation.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-struct Operation {
+pub(super) struct Operation {
     /// Dimming.
     #[schemars(range(min = 0.0, max = 1.0))]
     dimming: Option<f64>,
@@ -109,7 +109,7 @@ struct PlaceAndTime {
 /// An array of like luminaires.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
-struct Array {
+pub(super) struct Array {
     /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
     #[schemars(range(min = 1))]
     columns: Option<u32>,

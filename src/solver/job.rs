@@ -253,6 +253,11 @@ impl Job {
         (direct + self.share.rays_per_indirect).max(1.0) * REPLICAS as f64
     }
 
+    /// Rays of the chains of so many samples of a counted map.
+    pub fn rays_of_chains(&self, samples: u64) -> f64 {
+        samples as f64 * self.share.rays_per_indirect * REPLICAS as f64
+    }
+
     /// Rays that it still takes to a number of samples, by what the pilot counted.
     pub fn rays_to(&self, samples: u64) -> f64 {
         if let Some(rays) = self.rays_left_to_gather() {

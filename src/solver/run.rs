@@ -438,6 +438,13 @@ impl Run<'_> {
         self.look(index);
     }
 
+    /// Whether a map may leave what it has gathered or connected for another method: one that the target does not bind keeps it as long as
+    /// its share of the rays would not see the other through.
+    fn may_begin_anew(&self, job: &Job, target: f64) -> bool {
+        let left = UNBOUND_SHARE * self.rays_of(true) - self.rays_of(false);
+        job.bound || job.work_without_gathering(self.context, target * job.judgement.mean_lx) <= left
+    }
+
     /// Judges a map, and plans what it needs next.
     fn look(&mut self, index: usize) {
         let started = Instant::now();
@@ -464,8 +471,11 @@ impl Run<'_> {
         {
             let piloted = Instant::now();
             let affordable_rays = self.affordable_rays();
+            let begins_anew = self.may_begin_anew(&self.jobs[index], target);
             let job = &mut self.jobs[index];
-            choice::reconsider(self.context, job, target);
+            if begins_anew {
+                choice::reconsider(self.context, job, target);
+            }
             if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
                 job.share_out_walks(self.context, needed);
             }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::context::Context;
-use super::job::Job;
+use super::job::{Engine, Job};
 use super::pace::TimeLeft;
 use super::spending::Activity;
 use crate::estimators::element::Element;
@@ -30,21 +30,48 @@ const RAYS_IN_ANY_CASE: f64 = 2e6;
 /// Walks that measure how many rays a walk takes.
 const PROBES: usize = 64;
 
-/// Replaces the indirect light of elements with too few expected scores; returns how many there were.
-pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
+/// Elements of which a forecast looks at the areas.
+const SAMPLED_AREAS: usize = 512;
+
+/// Whether walks may replace counts on a map. Chains find every path; walks must not replace them where they miss some. Elements that adapt
+/// are as large as the target allows, and their slopes must not be parted from their means.
+fn may_be_filled(context: &Context, job: &Job) -> bool {
+    let is_counted = job.kind == MapKind::Elements && matches!(job.map.indirect_unit_lx, Unit::Packets { .. });
+    is_counted && job.adapting.adaptive.is_none() && context.stage.paths_not_found.is_empty()
+}
+
+/// Walks from every one of so many elements in each replica, by the rays of one: none where they would outweigh the run, whose counts must
+/// do then.
+fn walks_from_each(job: &Job, elements: f64, rays_per_walk: f64) -> u64 {
+    let budget = (RAY_SHARE * job.work.rays as f64).max(RAYS_IN_ANY_CASE);
+    ((budget / (rays_per_walk * elements * REPLICAS as f64)) as u64).min(MOST_WALKS)
+}
+
+/// Rays that filling the elements of a counted map will take, about: by the areas of some of them, and as many scores as its chains, or
+/// those of a first look, bring.
+pub fn rays_to_fill(context: &Context, job: &Job) -> f64 {
+    if job.engine != Engine::Collision || job.is_black() || !may_be_filled(context, job) {
+        return 0.0;
+    }
+    let Unit::Packets { area_m2, .. } = &job.map.indirect_unit_lx else { return 0.0 };
+    let every = area_m2.len().div_ceil(SAMPLED_AREAS).max(1);
+    let areas: Vec<f64> = area_m2.iter().step_by(every).copied().collect();
+    let scores = job.rays_of_chains(job.samples.max(job.first_samples()));
+    let mean_m2 = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
+    let is_small = |area_m2: &&f64| scores * **area_m2 < FEWEST_SCORES * mean_m2 * job.map.len() as f64;
+    let count = (areas.iter().filter(is_small).count() * every) as f64;
+    let rays_per_walk = job.rays_of_a_walk().max(1.0);
+    count * rays_per_walk * (walks_from_each(job, count.max(1.0), rays_per_walk) * REPLICAS as u64) as f64
+}
+
+/// Replaces the indirect light of elements with too few expected scores.
+pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     let started = Instant::now();
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
-        return 0;
+        return;
     };
-    // Chains find every path; walks must not replace them where they miss some.
-    let misses_paths = !context.stage.paths_not_found.is_empty();
-    // Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
-    if job.kind != MapKind::Elements
-        || job.adapting.adaptive.is_some()
-        || job.map.indirect_samples.complete == 0
-        || misses_paths
-    {
-        return 0;
+    if !may_be_filled(context, job) || job.map.indirect_samples.complete == 0 {
+        return;
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
     let total_area_m2: f64 = areas.iter().sum();
@@ -60,7 +87,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let longer = if sparse[0].len() >= sparse[1].len() { &sparse[0] } else { &sparse[1] };
     let count = longer.len();
     if count == 0 || scores == 0.0 {
-        return 0;
+        return;
     }
     job.look_for_cover(context);
     let exposed = &job.adapting.exposed[..];
@@ -71,18 +98,16 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let mut probe_rays = 0;
     for element in &probes {
         if is_long_over() {
-            return 0;
+            return;
         }
         probe_rays += walk_from_element(context, (*element, exposed[*element as usize]), 0, &mut cut, &mut stream).1;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
-    let budget = (RAY_SHARE * job.work.rays as f64).max(RAYS_IN_ANY_CASE);
-    let walks = ((budget / (rays_per_walk * count as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
+    job.work.rays += probe_rays;
+    let walks = walks_from_each(job, count as f64, rays_per_walk);
     if walks == 0 {
-        // In a scene of very many elements the walks would outweigh the run: their counts must do.
-        return 0;
+        return;
     }
-
     let walked: Vec<(Vec<f64>, u64)> = (0..REPLICAS)
         .into_par_iter()
         .with_max_len(1)
@@ -105,10 +130,10 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         .collect();
     let rays = walked.iter().map(|(_, rays)| rays).sum::<u64>();
     job.work.rays += rays;
-    job.work.spending.add(Activity::Walks, rays, started.elapsed());
+    job.work.spending.add(Activity::Walks, rays + probe_rays, started.elapsed());
     // A limit that has passed for long leaves some elements without walks: the counts of all must do, lest replicas differ.
     if walked.iter().enumerate().any(|(replica, (means_lx, _))| means_lx.len() < sparse[replica % 2].len()) {
-        return 0;
+        return;
     }
     let samples = job.map.indirect_samples.complete as f64;
     for (replica, (means_lx, _)) in walked.iter().enumerate() {
@@ -117,7 +142,6 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
             job.map.indirect[replica][*element as usize] = mean_lx * areas[*element as usize] / flux_lm * samples;
         }
     }
-    count
 }
 
 /// One walk from a random point of an element side of which such a share is exposed: indirect illuminance in lx, 0 where the point is

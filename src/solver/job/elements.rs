@@ -3,7 +3,7 @@
 use super::super::adapt::{Exposure, Looked, Refined, Spent, exposed_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Engine, Job};
-use crate::maps::{MapKind, MapValues, ReplicaMap, Unit, judge};
+use crate::maps::{Judgement, MapKind, MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 use crate::solver::context::Context;
 use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
@@ -151,7 +151,7 @@ impl Job {
             .map(|site| self.weights[*site] * self.adapting.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
         let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
         let discretisation = if judgement.mean_lx > 0.0 { lost_lx2.sqrt() / judgement.mean_lx } else { 0.0 };
-        judgement.halves_error.hypot(discretisation)
+        Judgement { discretisation, ..judgement }.error_of_part()
     }
 
     /// Takes the numbering of the scene's elements, which is not kept with the run.

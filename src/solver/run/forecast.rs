@@ -5,6 +5,7 @@ use super::{FIRST_LOOK_RAYS, Progress, Run, UNBOUND_SHARE};
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::{Hindrance, Job};
+use crate::solver::sparse::rays_to_fill;
 
 /// Share of the forecast run, and of the rays so far, after which its history has another row, whether a map was judged or not: whichever
 /// is less, since early forecasts may be far too long.
@@ -210,7 +211,9 @@ impl Run<'_> {
             share -= rays;
             sum += rays;
         }
+        // At the end of the run.
         let balance: f64 = self.jobs.iter().map(Job::rays_of_balance).sum();
-        Forecast::spread(sum + balance, DEVIATION_OF_UNBOUND)
+        let filling: f64 = self.jobs.iter().map(|job| rays_to_fill(self.context, job)).sum();
+        Forecast::spread(sum + balance + filling, DEVIATION_OF_UNBOUND)
     }
 }
