@@ -59,13 +59,13 @@ const ROUNDING: f64 = 1e-12;
 pub struct Job {
     /// `elements` or the receiver set's name.
     pub name: String,
-    /// What it is about.
+    /// Elements, or which receiver set.
     pub kind: MapKind,
     /// The elements of an element map; none for receivers.
     pub elements: Elements,
     /// Of elements that adapt, and of others from which walks or rays start.
     pub adapting: AdaptingState,
-    /// The sums.
+    /// Sums of direct and indirect scores of every entry in every replica.
     pub map: ReplicaMap,
     /// Area or weight of every entry of the map; 0 leaves it out of errors.
     pub weights: Vec<f64>,
@@ -87,7 +87,7 @@ pub struct Job {
     pub looks: Looks,
     /// What estimates its indirect light.
     pub engine: Engine,
-    /// Why.
+    /// Why this engine, in words for the summary.
     pub method_reason: String,
     /// Variance of its direct light in a replica in lx², by the latest look.
     pub direct_variance: f64,
