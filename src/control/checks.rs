@@ -3,9 +3,10 @@
 //! The stop rule trusts the spread of the replicas. That spread is worth nothing where the scores have no variance, where
 //! few of them carry all of it, or where samples repeat themselves: each check finds one of these.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::needed_work;
+use super::stop::fisher_quantile;
 use crate::maps::{History, Judgement, LARGEST, PastJudgement, REPLICAS, ScoreEvidence, StatisticalCheck};
 
 /// A sound run fails a single comparison with about this probability; there are four of them.
@@ -107,7 +108,7 @@ fn growth_check(
     };
     let degrees = SURE_DEGREES * (REPLICAS - 1) as f64 * now.degrees_of_freedom.min(then.degrees_of_freedom);
     let shared = then.samples as f64 / now.samples as f64;
-    let limit = ALLOWED_GROWTH * fisher_quantile(degrees.clamp(7.0, 1e6) / (1.0 - shared));
+    let limit = ALLOWED_GROWTH * fisher_quantile([degrees.clamp(7.0, 1e6) / (1.0 - shared); 2], 1.0 - ALPHA);
     let growth = work(now) * now.squared_error / (work(then) * then.squared_error).max(f64::MIN_POSITIVE);
     check(name, Some(growth), limit, growth <= limit, says)
 }
@@ -194,19 +195,6 @@ pub fn effective_scores(parts: [ScoreEvidence; 2]) -> Option<f64> {
 /// Quantile of Student's t over the replicas.
 pub(super) fn student_quantile(probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, (REPLICAS - 1) as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
-}
-
-/// Upper quantile of F(n, n), by bisection of its logarithm to 1e-8.
-fn fisher_quantile(degrees: f64) -> f64 {
-    let Ok(f) = FisherSnedecor::new(degrees, degrees) else {
-        return f64::INFINITY;
-    };
-    let (mut low, mut high) = (0.0f64, 12.0f64);
-    for _ in 0..30 {
-        let middle = 0.5 * (low + high);
-        if f.cdf(middle.exp()) < 1.0 - ALPHA { low = middle } else { high = middle }
-    }
-    high.exp()
 }
 
 #[cfg(test)]

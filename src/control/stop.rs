@@ -20,20 +20,21 @@ const MOST_DEGREES: f64 = 1e6;
 /// The margin is the root of its 95% quantile: docs/methods.md (10).
 pub fn margin(degrees_of_freedom: f64) -> f64 {
     let k = degrees_of_freedom.clamp(1.0, MOST_DEGREES);
-    match FisherSnedecor::new(k, (REPLICAS - 1) as f64 * k) {
-        Ok(f) => quantile(&f, CONFIDENCE).sqrt(),
-        Err(_) => f64::INFINITY,
-    }
+    fisher_quantile([k, (REPLICAS - 1) as f64 * k], CONFIDENCE).sqrt()
 }
 
-/// Quantile by bisection of the distribution function: 60 halvings leave no doubt in the digits that matter here.
-fn quantile(f: &FisherSnedecor, probability: f64) -> f64 {
-    let (mut low, mut high) = (0.5, 64.0);
+/// Quantile of F with these degrees of freedom, by bisection of its logarithm: 60 halvings leave no doubt in the digits that matter here.
+/// For probabilities from one half on, and quantiles up to e¹².
+pub(super) fn fisher_quantile([numerator, denominator]: [f64; 2], probability: f64) -> f64 {
+    let Ok(f) = FisherSnedecor::new(numerator, denominator) else {
+        return f64::INFINITY;
+    };
+    let (mut low, mut high) = (-1.0f64, 12.0f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if f.cdf(middle) < probability { low = middle } else { high = middle }
+        if f.cdf(middle.exp()) < probability { low = middle } else { high = middle }
     }
-    0.5 * (low + high)
+    high.exp()
 }
 
 /// Whether a map is right enough: the expected random error times the margin, and the random error of the halves, are both at or

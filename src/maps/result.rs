@@ -181,6 +181,16 @@ pub struct MapError {
     pub dark_upper_bound_lx: Option<f64>,
 }
 
+impl MapError {
+    /// What the mean of a map is below in which no light was found, in words: two digits of lx.
+    pub fn dark_bound_words(&self) -> Option<String> {
+        self.dark_upper_bound_lx.map(|bound_lx| match bound_lx {
+            0.1.. => format!("{bound_lx:.2} lx"),
+            _ => format!("{bound_lx:.1e} lx"),
+        })
+    }
+}
+
 /// What a table row is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableKind {

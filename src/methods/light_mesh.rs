@@ -317,9 +317,9 @@ impl LightMeshFindings {
         }));
         self.warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
         for map in self.traced.iter().flatten().map(|map| &map.map) {
-            let Some(bound_lx) = map.error.dark_upper_bound_lx else { continue };
+            let Some(bound) = map.error.dark_bound_words() else { continue };
             self.warnings.push(format!(
-                "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
+                "no light was found in \"{}\": its mean is below {bound}, about; chains (--method collision) tell more of what is so dark",
                 map.name
             ));
         }

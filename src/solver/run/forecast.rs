@@ -159,7 +159,7 @@ impl Run<'_> {
         let mut left = WorkLeft::default();
         let mut by_pilots = Forecast::default();
         // In one run of four or so a check refuses a map once: within the interval.
-        let mut refused = 0.0f64;
+        let (mut refused, mut filling) = (0.0f64, 0.0);
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
             let rays = self.left_of(job)?;
             let hindrance = self.target_error.and_then(|target| job.hindrance(target));
@@ -171,8 +171,9 @@ impl Run<'_> {
                 by_pilots = by_pilots.plus_alike(rays)
             }
             refused = job.rays_if_refused(rays.expected).max(refused);
+            filling += rays_to_fill(self.context, job, job.work.rays as f64 + rays.expected);
         }
-        left.rays = left.rays.plus(by_pilots);
+        left.rays = left.rays.plus(by_pilots).plus(Forecast::known(filling));
         if self.settings.chains.is_none() {
             left.rays = left.rays.plus(Forecast { expected: 0.0, low: 0.0, high: refused });
         }
@@ -209,11 +210,10 @@ impl Run<'_> {
                 if job.work.rays > 0 || look <= share.max(FIRST_LOOK_RAYS) { look } else { 0.0 }
             };
             share -= rays;
-            sum += rays;
+            sum += rays + rays_to_fill(self.context, job, job.work.rays as f64 + rays);
         }
         // At the end of the run.
         let balance: f64 = self.jobs.iter().map(Job::rays_of_balance).sum();
-        let filling: f64 = self.jobs.iter().map(|job| rays_to_fill(self.context, job)).sum();
-        Forecast::spread(sum + balance + filling, DEVIATION_OF_UNBOUND)
+        Forecast::spread(sum + balance, DEVIATION_OF_UNBOUND)
     }
 }
