@@ -135,6 +135,7 @@ mod tests {
         assert_eq!(lines_within(note, SMALL, 3000.0), [note]);
         assert!(lines_within("", SMALL, 300.0).is_empty());
     }
+
     /// A long title on a narrow page is set smaller, a short one is not.
     #[test]
     fn a_long_line_fits_its_page() {

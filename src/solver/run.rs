@@ -441,8 +441,8 @@ impl Run<'_> {
     /// Whether a map may leave what it has gathered or connected for another method: one that the target does not bind keeps it as long as
     /// its share of the rays would not see the other through.
     fn may_begin_anew(&self, job: &Job, target: f64) -> bool {
-        let left = UNBOUND_SHARE * self.rays_of(true) - self.rays_of(false);
-        job.bound || job.work_without_gathering(self.context, target * job.judgement.mean_lx) <= left
+        let work = || job.work_without_gathering(self.context, target * job.judgement.mean_lx);
+        job.bound || work() <= self.rays_for_unbound(0.0)
     }
 
     /// Judges a map, and plans what it needs next.

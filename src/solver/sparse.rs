@@ -29,15 +29,15 @@ const RAY_SHARE: f64 = 0.25;
 const RAYS_IN_ANY_CASE: f64 = 2e6;
 /// Walks that measure how many rays a walk takes.
 const PROBES: usize = 64;
-
 /// Elements of which a forecast looks at the areas.
 const SAMPLED_AREAS: usize = 512;
 
-/// Whether walks may replace counts on a map. Chains find every path; walks must not replace them where they miss some. Elements that adapt
-/// are as large as the target allows, and their slopes must not be parted from their means.
-fn may_be_filled(context: &Context, job: &Job) -> bool {
-    let is_counted = job.kind == MapKind::Elements && matches!(job.map.indirect_unit_lx, Unit::Packets { .. });
-    is_counted && job.adapting.adaptive.is_none() && context.stage.paths_not_found.is_empty()
+/// Flux in lm and areas in m² of the elements of a map whose counts walks may replace. Chains find every path; walks must not replace them
+/// where they miss some. Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
+fn counted_areas<'a>(context: &Context, job: &'a Job) -> Option<(f64, &'a [f64])> {
+    let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else { return None };
+    let is_fixed = job.kind == MapKind::Elements && job.adapting.adaptive.is_none();
+    (is_fixed && context.stage.paths_not_found.is_empty()).then_some((*luminous_flux_lm, area_m2))
 }
 
 /// Walks from every one of so many elements in each replica, by the map's rays before and those of one walk: none where they would outweigh
@@ -50,10 +50,8 @@ fn walks_from_each(rays_before: f64, elements: f64, rays_per_walk: f64) -> u64 {
 /// Rays that filling the elements of a counted map will take, about, which will have taken so many rays before: by the areas of some of
 /// them, a score a ray, and as many scores as a first look brings at least.
 pub fn rays_to_fill(context: &Context, job: &Job, rays_before: f64) -> f64 {
-    if job.engine != Engine::Collision || job.is_black() || !may_be_filled(context, job) {
-        return 0.0;
-    }
-    let Unit::Packets { area_m2, .. } = &job.map.indirect_unit_lx else { return 0.0 };
+    let counts = job.engine == Engine::Collision && !job.is_black();
+    let Some((_, area_m2)) = counted_areas(context, job).filter(|_| counts) else { return 0.0 };
     let every = area_m2.len().div_ceil(SAMPLED_AREAS).max(1);
     let areas: Vec<f64> = area_m2.iter().step_by(every).copied().collect();
     let scores = (rays_before - job.work.direct_rays as f64).max(job.rays_of_chains(job.first_samples()));
@@ -67,13 +65,11 @@ pub fn rays_to_fill(context: &Context, job: &Job, rays_before: f64) -> f64 {
 /// Replaces the indirect light of elements with too few expected scores.
 pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     let started = Instant::now();
-    let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
-        return;
-    };
-    if !may_be_filled(context, job) || job.map.indirect_samples.complete == 0 {
+    let Some((flux_lm, areas)) = counted_areas(context, job) else { return };
+    if job.map.indirect_samples.complete == 0 {
         return;
     }
-    let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
+    let areas = areas.to_vec();
     let total_area_m2: f64 = areas.iter().sum();
     let scores: f64 = (0..job.map.len()).map(|element| job.map.indirect_sum(element)).sum();
     let small = |element: u32| scores * areas[element as usize] / total_area_m2 < FEWEST_SCORES;
@@ -96,14 +92,13 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
     let is_long_over = || (context.time_left)() == TimeLeft::LongOver;
     let mut probe_rays = 0;
-    for element in &probes {
-        if is_long_over() {
-            return;
-        }
+    for element in probes.iter().take_while(|_| !is_long_over()) {
         probe_rays += walk_from_element(context, (*element, exposed[*element as usize]), 0, &mut cut, &mut stream).1;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     job.work.rays += probe_rays;
+    job.work.spending.add(Activity::Walks, probe_rays, started.elapsed());
+    let started = Instant::now();
     let walks = walks_from_each(job.work.rays as f64, count as f64, rays_per_walk);
     if walks == 0 {
         return;
@@ -130,7 +125,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
         .collect();
     let rays = walked.iter().map(|(_, rays)| rays).sum::<u64>();
     job.work.rays += rays;
-    job.work.spending.add(Activity::Walks, rays + probe_rays, started.elapsed());
+    job.work.spending.add(Activity::Walks, rays, started.elapsed());
     // A limit that has passed for long leaves some elements without walks: the counts of all must do, lest replicas differ.
     if walked.iter().enumerate().any(|(replica, (means_lx, _))| means_lx.len() < sparse[replica % 2].len()) {
         return;

@@ -1,7 +1,7 @@
 //! How a run stands, and what it is still to take.
 
 use super::standing::may_look_at_all;
-use super::{FIRST_LOOK_RAYS, Progress, Run, UNBOUND_SHARE};
+use super::{FIRST_LOOK_RAYS, Progress, Run};
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::{Hindrance, Job};
@@ -199,7 +199,7 @@ impl Run<'_> {
     /// Rays that maps still take which the target does not bind, beside so many of those that it binds: a first look, what they need to
     /// the target where it fits into their share, and the chains that tell where flux goes.
     fn left_of_unbound(&self, bound_rays: f64) -> Forecast {
-        let mut share = UNBOUND_SHARE * (self.rays_of(true) + bound_rays) - self.rays_of(false);
+        let mut share = self.rays_for_unbound(bound_rays);
         let mut sum = 0.0;
         for job in self.jobs.iter().filter(|job| !job.bound && !self.is_done(job)) {
             let rays = if job.is_judged() || self.settings.chains.is_some() {

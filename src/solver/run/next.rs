@@ -17,8 +17,7 @@ impl Run<'_> {
             [Some(index), Some(other)] => {
                 let unbound = &self.jobs[other];
                 let next_rays = unbound.rays_to(self.goal(unbound));
-                let within_share = self.rays_of(false) + next_rays <= UNBOUND_SHARE * self.rays_of(true);
-                Some(if within_share { other } else { index })
+                Some(if next_rays <= self.rays_for_unbound(0.0) { other } else { index })
             }
             [Some(index), None] => Some(index),
             // Every map gets a first look, if that is not much more than what the bound ones needed.
@@ -46,6 +45,11 @@ impl Run<'_> {
     pub(super) fn rays_of(&self, bound: bool) -> f64 {
         let sum = || self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.work.rays).sum::<u64>();
         self.standing.rays_of(bound).unwrap_or_else(sum) as f64
+    }
+
+    /// Rays that maps which the target does not bind may still take beside the bound ones' so far, and so many more of theirs.
+    pub(super) fn rays_for_unbound(&self, bound_rays_to_come: f64) -> f64 {
+        UNBOUND_SHARE * (self.rays_of(true) + bound_rays_to_come) - self.rays_of(false)
     }
 
     /// All rays so far.
