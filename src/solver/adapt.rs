@@ -6,27 +6,22 @@
 //! has elements of its own ([`super::broad`]), which are cut by what they lose and not by the edges of direct light.
 
 mod first;
-mod sides;
-
-use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::first::Cutting;
-pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
 use super::context::Context;
 use super::empty_maps::Shows;
+use super::exposure::{Exposure, exposed_shares};
+use super::finer::{corners_within, cuts_of, element_above, reference_on};
+use super::side_losses::SideLosses;
 use super::streams::stream_number;
-use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::TwoLooks;
-use crate::estimators::element::Element;
 use crate::maps::basis::{Linear, SLOPES, bends_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
-use crate::sampling::random::{Purpose, Stream};
-use crate::scene::elements::MOST_CUTS;
-use crate::scene::{Elements, body_of};
+use crate::scene::Elements;
 
 /// Share of the squared target that the whole discretisation may take in the run, and that it is brought down to where
 /// it takes more and starting anew takes fewer rays than going on.
@@ -36,11 +31,6 @@ const AIM_SHARE: f64 = 0.25;
 const AIM_OF_BROAD: f64 = 0.15;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
-/// Points of an element, where the pilot has not looked, that tell whether it is exposed, and of one that is in part how much.
-pub(super) const COVER_POINTS: u64 = 16;
-const MOST_COVER_POINTS: u64 = 128;
-/// Points near the corners of an element that are asked too, by the weights of its second and third corner.
-const NEAR_CORNERS: [[f64; 2]; 3] = [[0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
 /// Rounds of cutting in the run at most.
 const RUN_ROUNDS: u32 = 12;
 /// Elements of an adaptive map, at most.
@@ -120,121 +110,6 @@ pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
     let in_time = time_limit_s.map_or(f64::INFINITY, |limit_s| SIDES_A_SECOND * limit_s);
     let in_memory = (memory_bytes / 2 / BYTES_OF_A_SIDE) as f64;
     (MOST_ELEMENTS as f64).min(in_time).min(in_memory) as usize
-}
-
-/// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
-pub(super) fn cuts_of(
-    context: &Context,
-    elements: &Elements,
-    lost_lx2: impl Iterator<Item = f64>,
-    goal_lx2: f64,
-    most_elements: usize,
-) -> Vec<u32> {
-    let loss = |(index, lost_lx2): (usize, f64)| {
-        let element = elements.element(index as u32);
-        ElementLoss {
-            area_m2: elements.area_m2(context.scene, element),
-            lost_lx2: lost_lx2.max(0.0),
-            // Leaves of smooth bodies stay as they are.
-            cuts_left: if body_of(&context.scene.bodies, element.triangle).is_some() {
-                0
-            } else {
-                MOST_CUTS - element.cuts()
-            },
-        }
-    };
-    let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
-    cuts_for(&losses, goal_lx2, most_elements)
-}
-
-/// The element from which one of the finer ones was cut.
-pub(super) fn element_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
-    let element = finer.element(index);
-    let [a, b, c] = finer.corners(&element);
-    let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
-    elements.element_at(element.triangle, middle, element.side).unwrap_or(0)
-}
-
-/// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
-pub(super) fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
-    let [a, b, c] = elements.corners(&elements.element(above));
-    let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-    let inverse = 1.0 / (p[0] * q[1] - p[1] * q[0]);
-    finer.corners(&finer.element(index)).map(|corner| {
-        let at = [corner[0] - a[0], corner[1] - a[1]];
-        [(at[0] * q[1] - at[1] * q[0]) * inverse, (p[0] * at[1] - p[1] * at[0]) * inverse]
-    })
-}
-
-/// What is known of how much of an element is exposed.
-pub(super) enum Exposure {
-    /// This share.
-    Known(f64),
-    /// Nothing.
-    Unknown,
-    /// Something covers a part of it.
-    InPart,
-    /// Nothing, and what is covered in part counts as if nothing were.
-    AsAWhole,
-    /// Nothing, and one place is to tell, even where the run has ended.
-    AtAPlace,
-}
-
-/// Share of every element of a range that is exposed, by some points of each of which nothing is known, and by many of those that
-/// are covered in part; with the rays that it took.
-pub(super) fn exposed_shares(
-    context: &Context,
-    elements: &Elements,
-    range: Range<usize>,
-    known: impl Fn(u32) -> Exposure + Sync,
-) -> (Vec<f64>, u64) {
-    let share = |index: u32| {
-        let known = known(index);
-        let mut most = match known {
-            Exposure::Known(share) => return (share, 0),
-            Exposure::AtAPlace => 1,
-            // A run that has ended asks no more: nothing lies on most elements.
-            _ if context.is_over() => return (1.0, 0),
-            Exposure::Unknown | Exposure::AsAWhole => COVER_POINTS,
-            Exposure::InPart => MOST_COVER_POINTS,
-        };
-        let element = Element::of(context.stage, context.scene, elements, index);
-        let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 1);
-        let (mut points, mut exposed, mut rays) = (0, 0, 0);
-        while points < most {
-            stream.seek_quasi((u64::from(index) << 32) | points, u64::from(index), points);
-            let at = element.draw(context.stage, &mut stream);
-            let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
-            points += 1;
-            exposed += u64::from(!covered);
-            rays += asked;
-            if !covered && matches!(known, Exposure::AsAWhole) {
-                return (1.0, rays);
-            }
-            if points == COVER_POINTS && most == points {
-                // What covers an element in part mostly reaches over one of its corners; a few points may all lie beside it.
-                let differs = (1..points).contains(&exposed)
-                    || NEAR_CORNERS.into_iter().any(|at| {
-                        let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
-                        rays += asked;
-                        covered == (exposed > 0)
-                    });
-                if differs {
-                    most = MOST_COVER_POINTS;
-                }
-            }
-        }
-        (exposed as f64 / points as f64, rays)
-    };
-    let found: Vec<(f64, u64)> = (range.start as u32..range.end as u32).into_par_iter().map(share).collect();
-    (found.iter().map(|(share, _)| *share).collect(), found.iter().map(|(_, rays)| rays).sum())
-}
-
-/// A function on a piece of its element as what samples are compared with there: constant where only a share of it is exposed,
-/// since samples do not lie evenly in it then.
-pub(super) fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
-    let Linear([mean, first, second]) = function.on_piece(corners);
-    if exposed < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }
 }
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.

@@ -6,9 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::adapt::{SideLosses, corners_within, cuts_of, element_above, reference_on};
 use super::context::Context;
 use super::empty_maps::{Shows, element_weights};
+use super::finer::{corners_within, cuts_of, element_above, reference_on};
+use super::side_losses::SideLosses;
 use super::streams::stream_number;
 use crate::maps::basis::Linear;
 use crate::maps::{IndirectDetail, Piece, ReplicaMap, Unit, Variation};

@@ -7,6 +7,8 @@ mod choice;
 mod context;
 mod empty_maps;
 mod ends;
+mod exposure;
+mod finer;
 mod finish;
 mod gathering;
 mod glare;
@@ -18,9 +20,11 @@ mod merge;
 mod order;
 mod pace;
 mod pilot;
+mod portion;
 mod regions;
 mod run;
 mod share;
+mod side_losses;
 mod sky_components;
 mod solution;
 mod sparse;
@@ -36,11 +40,12 @@ pub use glare_rating::{GlareRating, worst_of_sets};
 pub use job::Hindrance;
 pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use merge::{Merged, MoreShares, merge};
+pub use portion::{MapOfShare, MapSums, Portion, Share};
 pub use run::{
-    DEFAULT_TARGET_ERROR, Expectation, GoingOn, Keeper, KeptRun, Observer, Progress, RunState, Silent, SlowestMap,
-    expectations, map_requests, resume, solve,
+    Expectation, GoingOn, Keeper, KeptRun, Observer, Progress, RunState, Silent, SlowestMap, expectations,
+    map_requests, resume, solve,
 };
-pub use share::{MapOfShare, MapSums, Portion, Share, ShareRecord, resume_share, solve_share};
+pub use share::{ShareRecord, resume_share, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use until_decided::{VerdictLadder, solve_to_verdicts};

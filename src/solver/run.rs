@@ -4,69 +4,54 @@ mod clock;
 mod cutting;
 mod expectations;
 mod forecast;
+mod keeping;
 mod kept;
 mod long_over;
 mod next;
 mod observer;
+mod progress;
+mod requests;
 mod standing;
+mod state;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use self::clock::Clock;
 pub use self::expectations::{Expectation, expectations};
-pub use self::forecast::SlowestMap;
-use self::kept::LaterObserver;
-pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
-use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, patience_s};
-pub use self::observer::{Observer, Progress, Silent};
-use self::standing::Standing;
-use super::adapt::most_that_adapt;
-use super::choice;
+pub use self::kept::{GoingOn, Keeper, KeptRun, RunState};
+use self::long_over::{give_up_long_paths, is_long_over};
+use self::observer::LaterObserver;
+pub use self::observer::{Observer, Silent};
+pub use self::progress::{Progress, SlowestMap};
+use self::requests::adapts;
+pub use self::requests::map_requests;
+use self::state::{Run, SHARE_OF_MEMORY};
 use super::context::Context;
 use super::finish::{Ending, finish};
-use super::gathering::CellSets;
-use super::job::{Engine, Job, Refinement};
-use super::pace::{Pace, TimeLeft, slice_s};
-use super::share::{MapOfShare, MapSums, Portion, sums_of};
-use super::sparse::fill_sparse_elements;
-use super::spending::{Activity, Spending};
-use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
+use super::pace::{Pace, TimeLeft};
+use super::portion::{MapOfShare, MapSums, Portion, sums_of};
+use super::spending::Activity;
+use super::{DEFAULT_TARGET_ERROR, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
-use crate::chain::{NearLights, Stage};
-use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::estimators::roulette::stage_for_walks;
-use crate::maps::MapKind;
 use crate::scene::{Scene, joined};
 
-/// Maps that the target does not bind get at most this share of the rays that the bound ones take.
-const UNBOUND_SHARE: f64 = 0.25;
-/// Rays that a map which the target does not bind may take for its first look in any case.
-const FIRST_LOOK_RAYS: f64 = 4e6;
-/// Rays for the same where a limit or the user ended the run.
-const RAYS_IN_HASTE: f64 = 4e5;
-/// Seconds that counting all elements may take then, in slices, and the fewest rays of a first look, however little time is left.
-const SLICES_IN_HASTE: f64 = 4.0;
-const FEWEST_RAYS_IN_HASTE: f64 = 1000.0;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
 const CUTTING_SHARE: f64 = 0.05;
-/// Rays that a map takes at least once it has started anew on finer elements, over those that it had.
-const WORK_ANEW: f64 = 4.0;
-/// Least error that a run which only a limit ends looks for, and steps in which it looks.
-const LEAST_AIM: f64 = 1e-4;
-const AIM_STEP: f64 = 1.2;
-/// Cells, and what maps have gathered, may take one part in so many of the memory: solving for their light takes as much again.
-const SHARE_OF_MEMORY: u64 = 8;
-/// Target where the user sets no stop rule at all.
-pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
-
 /// Solves a scene for the maps asked for.
 ///
 /// The maps depend on scene, settings and how far the run went, never on threads: all sums grow in an order that the
 /// replicas fix. Names in `settings.maps` must be those of receiver sets, or `elements`.
 pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
     solve_as(scene, settings, None, None, observer).0
+}
+
+/// Goes on with a run from where it was kept, with the settings that it had, or another target.
+///
+/// The scene is the same to the last bit.
+pub fn resume(scene: &Scene, settings: &Settings, going_on: GoingOn, observer: &dyn Observer) -> Solution {
+    solve_as(scene, settings, None, Some(going_on), observer).0
 }
 
 /// Solves a scene as a whole, or a portion of the run, which leaves its sums; from the beginning, or on from where a run was kept.
@@ -117,20 +102,7 @@ pub(super) fn solve_as(
         pace,
     };
     give_up_long_paths(&stage, settings, observer.wall_s());
-    let mut run = Run {
-        context: &context,
-        settings,
-        target_error,
-        observer,
-        jobs: Vec::new(),
-        sets: None,
-        most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
-        convergence: Vec::new(),
-        spending: Spending::default(),
-        clock: Clock::begun(observer.wall_s()),
-        standing: Standing::default(),
-        looked_at: [None; 2],
-    };
+    let mut run = Run::new(&context, settings, target_error, observer, limit_bytes() / SHARE_OF_MEMORY);
     let kept_s = going_on.as_ref().map_or(0.0, |going_on| going_on.kept.compute_s());
     let is_whole = match going_on {
         Some(going_on) => {
@@ -181,419 +153,4 @@ fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
     solution.warnings.extend((!names.is_empty()).then(|| {
         format!("{} {verb} left out: the run was to end long before each of {whose} places had a value", joined(&names))
     }));
-}
-
-/// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there, as very many do.
-fn adapts(settings: &Settings, stage: &Stage) -> bool {
-    settings.elements == ElementChoice::Adaptive
-        && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
-        && stage.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
-}
-
-/// The maps that a selection asks for, elements first, and whether the target binds each.
-pub fn map_requests(scene: &Scene, maps: &MapSelection) -> Vec<(MapKind, bool)> {
-    let sets = &scene.receivers;
-    let wanted = |name: &str, is_elements: bool| match maps {
-        MapSelection::Default | MapSelection::All => true,
-        MapSelection::Elements => is_elements,
-        MapSelection::Receivers => !is_elements,
-        MapSelection::Named(names) => names.iter().any(|wanted| wanted == name),
-    };
-    let bound = *maps != MapSelection::Default || sets.is_empty();
-    let elements = wanted("elements", true).then_some((MapKind::Elements, bound));
-    let receivers = sets.iter().enumerate().filter(|(_, receivers)| wanted(&receivers.name, false));
-    elements.into_iter().chain(receivers.map(|(set, _)| (MapKind::Receivers(set), true))).collect()
-}
-
-fn choose_jobs(context: &Context, maps: &MapSelection) -> Vec<Job> {
-    let job = |(kind, bound): (MapKind, bool)| match kind {
-        MapKind::Elements => Job::elements(context, bound),
-        MapKind::Receivers(set) => Job::receivers(context, set, bound),
-    };
-    map_requests(context.scene, maps).into_iter().map(job).collect()
-}
-
-struct Run<'a> {
-    context: &'a Context<'a>,
-    settings: &'a Settings,
-    target_error: Option<f64>,
-    observer: &'a dyn Observer,
-    jobs: Vec<Job>,
-    /// The cells that gathering rays look up, if any do.
-    sets: Option<CellSets>,
-    /// Bytes that they, and what maps have gathered, may take.
-    most_bytes_of_cells: u64,
-    convergence: Vec<ConvergenceRow>,
-    /// Seconds of pilots and of judging.
-    spending: Spending,
-    /// How fast its rays are.
-    clock: Clock,
-    /// How far its maps are.
-    standing: Standing,
-    /// Rays after which all maps were last looked at, to tell of the run and to record it.
-    looked_at: [Option<u64>; 2],
-}
-
-impl Run<'_> {
-    /// Begins with pilots; whether the user let them come to their end.
-    fn begin(&mut self) -> bool {
-        let piloted = Instant::now();
-        self.jobs = choose_jobs(self.context, &self.settings.maps);
-        self.cut_elements();
-        self.context.pace.begin(self.all_rays(), piloted.elapsed());
-        self.prepare();
-        self.spending.add(Activity::Pilots, self.context.stage.selection_rays(), piloted.elapsed());
-        self.clock.pilots_end(self.all_rays(), self.observer.wall_s());
-        self.record(false);
-        if let Some(error) = self.affordable_error() {
-            self.observer.expects(error, self.settings.target_error);
-        }
-        !self.observer.is_interrupted()
-    }
-
-    /// Pilots, and what follows from them.
-    fn prepare(&mut self) {
-        self.start_gathering();
-        let affordable_rays = self.affordable_rays();
-        self.context.stage.learn_selection_by_cell(self.planned_rays().min(affordable_rays));
-        for job in &mut self.jobs {
-            job.next_judgement = job.first_samples();
-        }
-    }
-
-    /// Works until the run ends.
-    fn work(&mut self) -> StopReason {
-        loop {
-            if self.observer.is_interrupted() {
-                return StopReason::Interrupted;
-            }
-            if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
-                return StopReason::TimeLimit;
-            }
-            let Some(index) = self.next_job() else {
-                return self.why_all_is_done();
-            };
-            if !self.fits(&self.jobs[index], self.all_rays()) || !self.slice_fits(&self.jobs[index]) {
-                return StopReason::TimeLimit;
-            }
-            self.slice(index);
-            self.record(false);
-            self.tell();
-            self.keep_if_due();
-        }
-    }
-
-    /// Whether there is light to gather, by a method that may.
-    fn may_gather(&self) -> bool {
-        matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects()
-    }
-
-    /// Lets the maps gather that can, where that is asked for or pays.
-    fn start_gathering(&mut self) {
-        if !self.may_gather() {
-            return;
-        }
-        let error = self.error_to_plan_for();
-        let target = self.settings.target_error;
-        for job in &mut self.jobs {
-            let mean_lx = job.mean_without_gathering_lx();
-            let can_gather = job.can_gather(self.context);
-            if can_gather && mean_lx > 0.0 {
-                job.prepare_gathering(self.context, error);
-            }
-            let by_gathering = match can_gather {
-                true if mean_lx > 0.0 => Ok(job.work_by_gathering(self.context, error)),
-                true => Err("its pilot found no light"),
-                false => Err("it knows no luminances, nor light that only chains find"),
-            };
-            if choice::settle(self.context, job, by_gathering, target) {
-                job.start_gathering(self.context, error, self.settings.chains);
-            } else {
-                job.adapting.broad = None;
-            }
-        }
-        let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
-        let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
-        // Samples of cells go on by reflectances alone.
-        let longer = self.context.stage.roulette.longer;
-        self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk / longer));
-    }
-
-    /// The target, or the error that a time limit affords, about.
-    fn error_to_plan_for(&self) -> f64 {
-        if let Some(target) = self.settings.target_error.or(self.target_error) {
-            return target;
-        }
-        if self.settings.time_limit_s.is_none() {
-            return DEFAULT_TARGET_ERROR;
-        }
-        let work = |error: f64| -> f64 {
-            let cells = self.jobs.iter().filter(|job| job.bound && job.can_gather(self.context));
-            cells.map(|job| job.work_by_gathering(self.context, error)).sum()
-        };
-        least_affordable(DEFAULT_TARGET_ERROR, self.affordable_rays(), work).min(DEFAULT_TARGET_ERROR)
-    }
-
-    /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; without a limit all do.
-    fn affordable_rays(&self) -> f64 {
-        let Some(limit_s) = self.settings.time_limit_s else {
-            return f64::INFINITY;
-        };
-        let wall_s = self.observer.wall_s();
-        let rays = self.all_rays() as f64;
-        0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
-    }
-
-    /// Whether the least that can be done next of a map ends soon after a time limit, or now where that has passed, at the rate so far: in
-    /// a nearly white place that is not refused, a single packet of every replica may take seconds.
-    fn fits(&self, job: &Job, all_rays: u64) -> bool {
-        let Some(limit_s) = self.settings.time_limit_s else {
-            return true;
-        };
-        let wall_s = self.observer.wall_s();
-        let took_s = (wall_s - self.clock.begun_wall_s()) * job.rays_at_least() / (all_rays as f64).max(1.0);
-        took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
-    }
-
-    /// Rays that end within a time limit and the patience beyond it, at the rate of the map's next kind of work, or else of the run so far.
-    fn rays_in_patience(&self, job: &Job) -> f64 {
-        if self.settings.time_limit_s.is_none() {
-            return f64::INFINITY;
-        }
-        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
-        let of_map = job.rays_per_s_of_next(self.goal(job));
-        let rays_per_s = of_map.unwrap_or_else(|| self.clock.rays_per_s(rays, wall_s));
-        patience_s(self.settings.time_limit_s, wall_s) * rays_per_s
-    }
-
-    /// Whether the map's next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number
-    /// of chains may take many times the limit.
-    fn slice_fits(&self, job: &Job) -> bool {
-        let rays = || job.rays_of_next_slice(self.context, self.goal(job));
-        self.settings.chains.is_none() || rays() <= self.rays_in_patience(job)
-    }
-
-    /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
-    /// infinitely many where only a limit or the user ends it.
-    fn planned_rays(&self) -> f64 {
-        let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Collision;
-        let jobs = self.jobs.iter().filter(looks);
-        match (self.settings.chains, self.target_error) {
-            (Some(chains), _) => jobs.map(|job| job.rays_to(job.samples_for(chains))).sum(),
-            (None, None) => f64::INFINITY,
-            (None, Some(target)) => {
-                let walked = jobs.filter(|job| job.engine == Engine::Walk);
-                let rays =
-                    |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
-                walked.map(rays).sum::<f64>()
-            }
-        }
-    }
-
-    /// Finer elements, where these cannot show what the target asks for; the map starts anew then, or its direct light alone.
-    ///
-    /// A limit must leave time for so much more work: what a map starts anew and does not finish is worth less than what it had.
-    fn refine_elements(&mut self, index: usize) -> bool {
-        let affordable_rays = self.affordable_rays();
-        let job = &mut self.jobs[index];
-        let is_affordable = WORK_ANEW * job.kept_rays() as f64 <= affordable_rays;
-        if self.settings.chains.is_some() || job.met || !is_affordable {
-            return false;
-        }
-        let refinement = job.refine_elements(self.context);
-        if refinement == Refinement::None {
-            job.adapting.finest = job.is_finest();
-            return false;
-        }
-        job.next_judgement = job.samples.max(job.first_samples());
-        true
-    }
-
-    /// What a map that gathers needs next.
-    fn plan_gathering(&mut self, index: usize) {
-        let job = &mut self.jobs[index];
-        if job.engine == Engine::Gather && !job.met && self.settings.chains.is_none() {
-            job.plan_gathering(self.target_error);
-        }
-    }
-
-    /// Samples at which a job stops to be judged.
-    fn goal(&self, job: &Job) -> u64 {
-        job.next_judgement.min(self.settings.chains.map_or(u64::MAX, |chains| job.samples_for(chains)))
-    }
-
-    fn slice(&mut self, index: usize) {
-        let goal = self.goal(&self.jobs[index]);
-        let job = &mut self.jobs[index];
-        let arrived = job.advance(self.context, self.sets.as_mut(), goal);
-        self.note(index);
-        if !self.keeps_to_its_memory() {
-            // A map has gone over to walks or counts, which keep sums alone: how all maps stand is found anew.
-            self.standing.forget();
-            return;
-        }
-        if !arrived || goal < self.jobs[index].next_judgement {
-            return;
-        }
-        self.look(index);
-    }
-
-    /// Whether a map may leave what it has gathered or connected for another method: one that the target does not bind keeps it as long as
-    /// its share of the rays would not see the other through.
-    fn may_begin_anew(&self, job: &Job, target: f64) -> bool {
-        let work = || job.work_without_gathering(self.context, target * job.judgement.mean_lx);
-        job.bound || work() <= self.rays_for_unbound(0.0)
-    }
-
-    /// Judges a map, and plans what it needs next.
-    fn look(&mut self, index: usize) {
-        let started = Instant::now();
-        let job = &mut self.jobs[index];
-        job.settle_gathering(self.sets.as_mut());
-        let samples = job.samples;
-        job.judge(self.context);
-        let needed =
-            self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
-        let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.met = accepted && job.run_checks(self.target_error);
-        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
-        job.looks.refused = without_mean || (accepted && !job.met);
-        job.looks.refusals += u64::from(job.looks.refused);
-        job.next_judgement = if job.looks.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
-        let bound = job.bound;
-        let is_refined = self.refine_elements(index);
-        if !is_refined {
-            self.plan_gathering(index);
-        }
-        self.spending.add(Activity::Judging, 0, started.elapsed());
-        if let (false, Some(target), None, Method::Auto) =
-            (is_refined, self.target_error, self.settings.chains, self.settings.method)
-        {
-            let piloted = Instant::now();
-            let affordable_rays = self.affordable_rays();
-            let begins_anew = self.may_begin_anew(&self.jobs[index], target);
-            let job = &mut self.jobs[index];
-            if begins_anew {
-                choice::reconsider(self.context, job, target);
-            }
-            if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
-                job.share_out_walks(self.context, needed);
-            }
-            self.spending.add(Activity::Pilots, 0, piloted.elapsed());
-        }
-        self.note(index);
-        if bound {
-            self.record(true);
-        }
-    }
-
-    /// Whether cells, and what maps have gathered, take no more than their share of the memory. Where they would, the map that
-    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that gathers.
-    fn keeps_to_its_memory(&mut self) -> bool {
-        let Some(sets) = &self.sets else {
-            return true;
-        };
-        let of_maps = || self.jobs.iter().map(Job::bytes_of_gathering).sum::<usize>();
-        let all = sets.bytes() + self.standing.bytes().unwrap_or_else(of_maps);
-        if all as u64 <= self.most_bytes_of_cells {
-            return true;
-        }
-        let gathering = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gather && !job.met);
-        let Some(job) = gathering.max_by_key(|job| job.bytes_of_gathering()) else {
-            return true;
-        };
-        job.stop_gathering(self.context);
-        job.method_reason = format!(
-            "cells, and what was gathered through them, took all of their {} MB of memory",
-            self.most_bytes_of_cells >> 20
-        );
-        job.next_judgement = job.first_samples();
-        if !self.jobs.iter().any(|job| job.engine == Engine::Gather) {
-            self.sets = None;
-        }
-        false
-    }
-
-    /// Every map that was asked for shows something, however the run ended.
-    fn give_every_map_a_start(&mut self, in_haste: bool) {
-        let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
-        let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));
-        let all_rays = self.all_rays();
-        let most_rays_of = |job: &Job| match in_haste {
-            true => RAYS_IN_HASTE.min(self.rays_in_patience(job).max(FEWEST_RAYS_IN_HASTE)),
-            false => FIRST_LOOK_RAYS,
-        };
-        let starts = |job: &Job| !job.map.is_empty() && (!job.has_started() || in_haste && !job.knows_its_bias());
-        let to_start = self.jobs.iter().map(|job| (self.fits(job, all_rays) && starts(job)).then(|| most_rays_of(job)));
-        let to_start: Vec<Option<f64>> = to_start.collect();
-        for (job, most_rays) in self.jobs.iter_mut().zip(to_start) {
-            let Some(most_rays) = most_rays else {
-                continue;
-            };
-            if in_haste && !job.knows_its_bias() {
-                job.stop_gathering(self.context);
-                job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
-            }
-            match job.kind {
-                // A sample of every element may take far longer than the maps that were bound.
-                MapKind::Elements
-                    if !job.is_black()
-                        && (in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays) =>
-                {
-                    if job.engine == Engine::Gather {
-                        job.stop_gathering(self.context);
-                        job.method_reason = "a first look at every element by gathering would take too long".to_owned();
-                    }
-                    let chains = (most_rays / job.rays_per_sample()) as u64;
-                    job.count_all_by_chains(self.context, chains, most_s);
-                }
-                _ => {
-                    while !job.advance(self.context, self.sets.as_mut(), 1) {
-                        if is_long_over(self.settings, self.observer) {
-                            break;
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
-    fn leave_out(&mut self) -> Vec<(String, bool)> {
-        let all_rays = self.all_rays();
-        if (self.context.time_left)() > TimeLeft::None && self.jobs.iter().all(|job| self.fits(job, all_rays)) {
-            return Vec::new();
-        }
-        let shows = |job: &Job| job.has_started() || job.map.is_empty();
-        let left_out = self.jobs.iter().filter(|job| !shows(job));
-        let left_out = left_out.map(|job| (job.kind.name(self.context.scene).to_owned(), job.bound)).collect();
-        self.jobs.retain(shows);
-        left_out
-    }
-
-    fn judge_all(&mut self, in_haste: bool) {
-        for job in &mut self.jobs {
-            if !in_haste {
-                fill_sparse_elements(self.context, job);
-                job.balance_flux(self.context);
-            }
-            let started = Instant::now();
-            job.settle_gathering(self.sets.as_mut());
-            job.judge(self.context);
-            if !job.met {
-                job.run_checks(self.target_error);
-            }
-            self.spending.add(Activity::Judging, 0, started.elapsed());
-        }
-        self.record_end();
-    }
-}
-
-/// The least error up to about `most` that takes no more than the affordable rays, for a run that only a limit ends.
-fn least_affordable(most: f64, affordable_rays: f64, rays_to: impl Fn(f64) -> f64) -> f64 {
-    let mut error = LEAST_AIM;
-    while error < most && rays_to(error) > affordable_rays {
-        error *= AIM_STEP;
-    }
-    error
 }

@@ -10,6 +10,8 @@ use crate::scene::Elements;
 
 /// What maps that gather are told to be estimated by.
 const GATHERING: &str = "gather";
+/// Target where the user sets no stop rule at all.
+pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
 /// How maps are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -172,7 +172,7 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-    use crate::solver::adapt::{Exposure, exposed_shares};
+    use crate::solver::exposure::{Exposure, exposed_shares};
 
     /// The top of a beam lies on the ceiling: no packet comes there, and so no walk from there finds light, as those do that take it to be
     /// exposed (the planted fault) and start near its edge. Seed 2, 400 walks from each element, those counted that start in what is covered.

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
 use super::context::Context;
+use super::exposure::{COVER_POINTS, Exposure, exposed_shares};
 use super::job::Job;
 use crate::maps::{
     CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,

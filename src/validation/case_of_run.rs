@@ -4,8 +4,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::case::{Case, ELEMENT_MAP, read_text};
+use super::case::Case;
+use super::comparison::ELEMENT_MAP;
 use super::error::CaseError;
+use super::fields::read_text;
 
 /// A case that compares every map of a stored run; its runs have seeds that follow the stored one's.
 ///

@@ -2,7 +2,8 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::case::{CaseRun, Criterion, What};
+use super::case::CaseRun;
+use super::comparison::{Criterion, What};
 use super::exact_side::ExactSide;
 use super::measure::settings_of;
 use super::run_method::RunMethod;

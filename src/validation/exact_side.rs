@@ -1,6 +1,7 @@
 //! The exact side of a comparison: made once, whatever and however often is measured beside it.
 
-use super::case::{Along, CASE_FILE, Case, CaseRun, Comparison, ELEMENT_MAP, PublishedNumbers, What};
+use super::case::{CASE_FILE, Case, CaseRun};
+use super::comparison::{Along, Comparison, ELEMENT_MAP, PublishedNumbers, What};
 use super::error::CaseError;
 use super::exact::{LightPart, TruthSite};
 use super::measure::fill_in_measured;

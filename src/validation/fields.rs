@@ -1,7 +1,23 @@
-//! Small values of a case file: percentages, and numbers that runs fill in.
+//! What case files are read by: their texts, percentages, and numbers that runs fill in.
+
+use std::path::Path;
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde_json::{Map, Value};
+
+use super::error::CaseError;
+
+/// The text of a file; `what` says what is wrong where it cannot be read.
+///
+/// # Errors
+///
+/// A file that is missing, or not text.
+pub(super) fn read_text(path: &Path, what: &str) -> Result<String, CaseError> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let remedy = "check the name and the right to read it";
+        CaseError::new(path, what, error.to_string(), "a text file", remedy)
+    })
+}
 
 /// A fraction, written as `0.003` or as `"0.3%"`.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]

@@ -1,6 +1,7 @@
 //! Speed against error: a method climbs from few chains to many, each time judged against the truth.
 
-use super::case::{Case, CaseRun, Comparison};
+use super::case::{Case, CaseRun};
+use super::comparison::Comparison;
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Stopwatch;

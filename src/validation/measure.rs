@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::case::{CaseRun, Comparison, What};
+use super::case::CaseRun;
+use super::comparison::{Comparison, What};
 use super::exact::LightPart;
 use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;

@@ -6,6 +6,7 @@
 mod calibration;
 mod case;
 mod case_of_run;
+mod comparison;
 mod demand;
 mod error;
 mod exact;
@@ -33,6 +34,7 @@ mod truth;
 mod truth_enclosure;
 mod truth_room;
 mod truth_sobolev;
+mod truth_spec;
 mod verdict;
 mod words;
 
@@ -40,8 +42,9 @@ pub use calibration::{
     Campaign, CampaignSettings, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
     calibration_pictures, calibration_table,
 };
-pub use case::{Case, CaseRun, Comparison, Criterion, What};
+pub use case::{Case, CaseRun};
 pub use case_of_run::case_of_stored_run;
+pub use comparison::{Comparison, Criterion, What};
 pub use error::CaseError;
 pub use exact::{Exact, LightPart};
 pub use find::{FoundCases, find_cases};
@@ -55,6 +58,6 @@ pub use report_html::report_html;
 pub use report_md::{case_csv, report_md};
 pub use run_method::{RunMethod, method_names};
 pub use statistics::{ComparedEntry, EntrySet, Statistics};
-pub use truth::TruthSpec;
+pub use truth_spec::TruthSpec;
 pub use verdict::Check;
 pub use words::date as utc_date;

@@ -1,6 +1,7 @@
 //! What came out of a case: its runs, its comparisons and whether it passes.
 
-use super::case::{Case, CaseRun, Comparison};
+use super::case::{Case, CaseRun};
+use super::comparison::Comparison;
 use super::demand::{Part, parts_of};
 use super::error::CaseError;
 use super::exact_side::ExactSide;

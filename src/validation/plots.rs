@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::coord::combinators::LogCoord;
 use plotters::prelude::*;
 
-use super::case::Criterion;
+use super::comparison::Criterion;
 use super::outcome::ComparisonOutcome;
 use super::statistics::ComparedEntry;
 use crate::output::color;

@@ -209,7 +209,7 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     if entries.len() > MOST_ROWS {
         return None;
     }
-    if comparison.comparison.what == super::case::What::Ugr {
+    if comparison.comparison.what == super::comparison::What::Ugr {
         return Some(ratings(entries));
     }
     let beside = comparison.comparison.beside.is_some();
@@ -266,10 +266,10 @@ fn six_digits(lx: f64) -> String {
 pub fn subject(comparison: &ComparisonOutcome) -> String {
     let what = &comparison.comparison;
     let of = match what.what {
-        super::case::What::Average => "averages",
-        super::case::What::Points => "illuminances at points",
-        super::case::What::Elements => "element means",
-        super::case::What::Ugr => {
+        super::comparison::What::Average => "averages",
+        super::comparison::What::Points => "illuminances at points",
+        super::comparison::What::Elements => "element means",
+        super::comparison::What::Ugr => {
             return format!("Compared: glare ratings. Exact values: {}.", comparison.set.truth_in_words);
         }
     };

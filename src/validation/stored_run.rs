@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde_json::Value;
 
-use super::case::{ELEMENT_MAP, read_text};
+use super::comparison::ELEMENT_MAP;
 use super::error::CaseError;
 use super::exact::{Exact, LightPart, TruthSite};
+use super::fields::read_text;
 use super::words::percent;
 use crate::scene::Scene;
 

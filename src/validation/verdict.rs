@@ -1,6 +1,6 @@
 //! When a comparison passes, in words and in numbers.
 
-use super::case::Criterion;
+use super::comparison::Criterion;
 use super::statistics::{ComparedEntry, EntrySet, Statistics, binomial_p_value, largest_expected_z};
 use super::words::{percent, sigmas};
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::{Adaptive, Exposure, cuts_of, element_above, exposed_shares, slope_from_m};
+use super::{Adaptive, slope_from_m};
 use crate::estimators::direct::{DirectPass, TwoLooks};
 use crate::estimators::element::Element;
 use crate::maps::Detail;
@@ -14,6 +14,8 @@ use crate::maps::basis::{Linear, slopes_at};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::solver::context::Context;
+use crate::solver::exposure::{Exposure, exposed_shares};
+use crate::solver::finer::{cuts_of, element_above};
 use crate::solver::pace::TimeLeft;
 
 /// Share of the squared target that direct light's variation within elements may take before the run.

@@ -1,6 +1,7 @@
 //! What a job does with the elements of its map: an empty map of them, their refinement, their values.
 
-use super::super::adapt::{Exposure, Looked, Refined, Spent, exposed_shares};
+use super::super::adapt::{Looked, Refined, Spent};
+use super::super::exposure::{Exposure, exposed_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Engine, Job};
 use crate::maps::{Judgement, MapKind, MapValues, ReplicaMap, Unit, judge};

@@ -1,6 +1,6 @@
 //! Elements are cut before a run: that takes long itself, so that a first forecast comes before it, and more on the way.
 
-use super::Run;
+use super::state::Run;
 use crate::solver::job::RAYS_PER_SLICE;
 
 /// Share of the forecast run that is cut between two looks at how it stands, and rays of one in any case.
@@ -35,16 +35,15 @@ mod tests {
     use std::path::Path;
     use std::sync::Mutex;
 
-    use super::super::clock::Clock;
-    use super::super::standing::Standing;
-    use super::super::{Method, Observer, Progress, Settings};
+    use super::super::observer::Observer;
+    use super::super::progress::Progress;
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::scene::Scene;
     use crate::solver::context::Context;
     use crate::solver::job::Job;
-    use crate::solver::spending::Spending;
+    use crate::solver::{Method, Settings};
 
     const TARGET: f64 = 0.02;
 
@@ -89,20 +88,8 @@ mod tests {
             ..Context::of_a_test(&scene, &stage, 0)
         };
         let told = Told::default();
-        let mut run = Run {
-            context: &context,
-            settings: &settings,
-            target_error: Some(TARGET),
-            observer: &told,
-            jobs: vec![Job::elements(&context, true)],
-            sets: None,
-            most_bytes_of_cells: u64::MAX,
-            convergence: Vec::new(),
-            spending: Spending::default(),
-            clock: Clock::default(),
-            standing: Standing::default(),
-            looked_at: [None; 2],
-        };
+        let mut run = Run::new(&context, &settings, Some(TARGET), &told, u64::MAX);
+        run.jobs = vec![Job::elements(&context, true)];
         look(&mut run, &told)
     }
 

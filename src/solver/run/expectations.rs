@@ -1,15 +1,16 @@
 //! What a run may be expected to take, by its pilots and a few slices of work: for several targets and methods, and the error that a time limit affords.
 
 use super::clock::Clock;
-use super::standing::Standing;
-use super::{Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
+use super::observer::Observer;
+use super::requests::{adapts, choose_jobs};
+use super::state::{Run, SHARE_OF_MEMORY};
 use crate::base::memory::limit_bytes;
 use crate::control::Forecast;
 use crate::estimators::roulette::stage_for_walks;
 use crate::scene::Scene;
 use crate::solver::context::Context;
 use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
-use crate::solver::spending::Spending;
+use crate::solver::pace::{Pace, TimeLeft};
 use crate::solver::{Method, Settings};
 
 /// Bytes that a gathering ray leaves behind, with what cells take.
@@ -70,20 +71,8 @@ pub fn expectations(
             pace: Pace::within(PACE_S),
         };
         let clock = Clock::begun(observer.wall_s());
-        let mut run = Run {
-            context: &context,
-            settings: &settings,
-            target_error: Some(target),
-            observer,
-            jobs: whole_jobs(&context, &settings),
-            sets: None,
-            most_bytes_of_cells: u64::MAX,
-            convergence: Vec::new(),
-            spending: Spending::default(),
-            clock,
-            standing: Standing::default(),
-            looked_at: [None; 2],
-        };
+        let mut run = Run::new(&context, &settings, Some(target), observer, u64::MAX);
+        (run.jobs, run.clock) = (whole_jobs(&context, &settings), clock);
         run.start_gathering();
         run.clock.pilots_end(run.all_rays(), observer.wall_s());
         run.time_some_slices();
@@ -122,7 +111,7 @@ impl Run<'_> {
         let mut engines: Vec<&str> = bound().map(|job| job.engine.name()).collect();
         engines.dedup();
         let gathers = bound().any(|job| job.engine == Engine::Gather);
-        let most_bytes = limit_bytes() as f64 / super::SHARE_OF_MEMORY as f64;
+        let most_bytes = limit_bytes() as f64 / SHARE_OF_MEMORY as f64;
         Some(Expectation {
             method,
             engines,

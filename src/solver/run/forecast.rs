@@ -1,7 +1,8 @@
 //! How a run stands, and what it is still to take.
 
+use super::progress::{Progress, SlowestMap};
 use super::standing::may_look_at_all;
-use super::{FIRST_LOOK_RAYS, Progress, Run};
+use super::state::{FIRST_LOOK_RAYS, Run};
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::{Hindrance, Job};
@@ -20,17 +21,6 @@ const DEVIATION_OF_UNBOUND: f64 = 0.3;
 enum Looking {
     ToTell,
     ToRecord,
-}
-
-/// The map that the rest of a run goes to most.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SlowestMap {
-    /// `elements`, or the receiver set's name.
-    pub name: String,
-    /// Its stated error by its latest look, once it has had one.
-    pub error: Option<f64>,
-    /// What keeps it from its target but chance; `None` where nothing else is known to.
-    pub hindrance: Option<Hindrance>,
 }
 
 /// Work that is left to do.

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::Observer;
+use super::observer::Observer;
 use crate::chain::Stage;
 use crate::solver::Settings;
 

@@ -1,7 +1,7 @@
 //! Which map a run goes on with, and whether all are done.
 
 use super::standing::Stand;
-use super::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
+use super::state::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
 use crate::solver::StopReason;
 use crate::solver::job::Job;
 

@@ -1,30 +1,9 @@
 //! Who watches a run, and what of it is told.
 
-use super::{Keeper, SlowestMap};
+use super::kept::{GoingOn, Keeper};
+use super::progress::Progress;
 use crate::control::Forecast;
-
-/// How a run stands.
-#[derive(Clone, Debug)]
-pub struct Progress {
-    /// Worst stated error of the bound maps, once all have been judged.
-    pub estimated_error: Option<f64>,
-    /// Target, if one is set.
-    pub target_error: Option<f64>,
-    /// Chains so far, all maps.
-    pub chains: u64,
-    /// Rays so far.
-    pub rays: u64,
-    /// Forecast of the rays at the end, where there is one.
-    pub forecast_rays: Option<Forecast>,
-    /// Forecast of the seconds that remain, where there is one.
-    pub remaining_s: Option<Forecast>,
-    /// The map that the rest of the time goes to most, once there is a forecast.
-    pub slowest_map: Option<SlowestMap>,
-    /// Share of the work done, 0 to 1.
-    pub fraction: f64,
-    /// Seconds since the process started.
-    pub wall_s: f64,
-}
+use crate::solver::Settings;
 
 /// Who watches a run: progress goes out, interruptions and the clock come in.
 pub trait Observer: Sync {
@@ -54,3 +33,50 @@ pub trait Observer: Sync {
 pub struct Silent;
 
 impl Observer for Silent {}
+
+/// An observer whose clock goes on from where that of a kept run stood.
+pub struct LaterObserver<'a> {
+    observer: &'a dyn Observer,
+    /// Seconds by which it is ahead.
+    ahead_s: f64,
+}
+
+impl<'a> LaterObserver<'a> {
+    /// Of a run that goes on, or begins.
+    pub fn of(observer: &'a dyn Observer, going_on: Option<&GoingOn>) -> LaterObserver<'a> {
+        let ahead_s = going_on.map_or(0.0, |going_on| going_on.kept.wall_s - observer.wall_s());
+        LaterObserver { observer, ahead_s }
+    }
+
+    /// The limit in seconds of the whole run's clock.
+    pub fn time_limit_s(&self, settings: &Settings, going_on: Option<&GoingOn>) -> Option<f64> {
+        let of_part_s = going_on.and_then(|going_on| going_on.time_limit_s);
+        of_part_s.map(|limit_s| limit_s + self.ahead_s).or(settings.time_limit_s)
+    }
+}
+
+impl Observer for LaterObserver<'_> {
+    fn ready(&self) {
+        self.observer.ready();
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.observer.progress(progress);
+    }
+
+    fn expects(&self, error: Forecast, target: Option<f64>) {
+        self.observer.expects(error, target);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.observer.is_interrupted()
+    }
+
+    fn wall_s(&self) -> f64 {
+        self.ahead_s + self.observer.wall_s()
+    }
+
+    fn keeper(&self) -> Option<&dyn Keeper> {
+        self.observer.keeper()
+    }
+}

@@ -144,14 +144,15 @@ mod tests {
     use std::sync::atomic::AtomicU64;
     use std::sync::atomic::Ordering::Relaxed;
 
-    use super::super::clock::Clock;
-    use super::super::{MapSelection, Method, Observer, Progress, Run, Settings};
+    use super::super::observer::Observer;
+    use super::super::progress::Progress;
+    use super::super::state::Run;
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::sampling::random::{Purpose, Stream};
     use crate::solver::context::Context;
-    use crate::solver::spending::Spending;
+    use crate::solver::{MapSelection, Method, Settings};
 
     /// What is kept is what a look at all maps would tell: 2,000 changes of 40 maps (seed 4).
     #[test]
@@ -234,20 +235,7 @@ mod tests {
         };
         let context = Context { target_error: 0.1, ..Context::of_a_test(&scene, &stage, 0) };
         let observer = Counting::default();
-        let mut run = Run {
-            context: &context,
-            settings: &settings,
-            target_error: Some(0.1),
-            observer: &observer,
-            jobs: Vec::new(),
-            sets: None,
-            most_bytes_of_cells: 0,
-            convergence: Vec::new(),
-            spending: Spending::default(),
-            clock: Clock::default(),
-            standing: Standing::default(),
-            looked_at: [None; 2],
-        };
+        let mut run = Run::new(&context, &settings, Some(0.1), &observer, 0);
         run.begin();
         let mut slices = 0;
         while let Some(index) = run.next_job() {

@@ -3,7 +3,8 @@
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
-use crate::validation::case::{Case, CaseRun, Comparison};
+use crate::validation::case::{Case, CaseRun};
+use crate::validation::comparison::Comparison;
 use crate::validation::error::CaseError;
 use crate::validation::exact::LightPart;
 use crate::validation::exact_side::ExactSide;

@@ -4,16 +4,15 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::cpu::{ThreadClock, on_one_thread};
 use super::judgement::{JudgedEntry, RoomJudgement, judge};
-use super::patient::Patient;
+use super::patient::solve_watched;
 use super::reference::{Cost, Reference, ReferenceSettings};
 use super::rival::{Rival, RivalRun, run_rival};
 use super::rooms::{Kind, Room};
 use super::scene_of;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::Scene;
-use crate::solver::{MapSelection, Method, Settings, Solution, solve};
+use crate::solver::{MapSelection, Method, Settings, Solution};
 use crate::validation::error::CaseError;
 use crate::validation::forecasts::{JudgedForecast, judged_forecasts};
 
@@ -202,15 +201,6 @@ fn run_once(scene: &Scene, reference: &Reference, target_error: f64, seed: u64, 
         stop_reason: solution.stop_reason.name(),
         forecasts: judged_forecasts(&solution.convergence),
     }
-}
-
-/// Solves a scene on one thread, for so many processor seconds at most; tells how many it took.
-pub(super) fn solve_watched(scene: &Scene, settings: &Settings, limit_s: f64) -> (Solution, f64) {
-    on_one_thread(|| {
-        let clock = ThreadClock::starting_now();
-        let solution = solve(scene, settings, &Patient::starting_now(limit_s));
-        (solution, clock.cpu_s())
-    })
 }
 
 fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &Solution) -> Option<RoomJudgement> {

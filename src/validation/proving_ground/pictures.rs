@@ -3,7 +3,6 @@
 use plotters::prelude::*;
 
 use super::campaign::{Proof, RoomProof};
-use super::report::costs;
 use super::summary::Group;
 use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, Sign, TEXT, legend, svg, tick};
 
@@ -92,7 +91,7 @@ pub fn cost_picture(proof: &Proof, target: usize, target_error: f64) -> String {
     let ratios: Vec<(&RoomProof, [Option<f64>; 2])> = proof
         .rooms
         .iter()
-        .map(|room| (room, costs(room, target, target_error)))
+        .map(|room| (room, room.ratios(target, target_error)))
         .filter(|(_, ratios)| ratios.iter().any(Option::is_some))
         .collect();
     let height = 100 + ROW * ratios.len() as u32;

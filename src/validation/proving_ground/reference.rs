@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::campaign::solve_watched;
 use super::error_of;
+use super::patient::solve_watched;
 use super::rooms::Room;
 use crate::scene::Scene;
 use crate::solver::{MapSelection, Method, Settings};

@@ -24,15 +24,6 @@ fn dash(number: Option<f64>) -> String {
     number.map_or("–".to_owned(), |number| significant(number, 3))
 }
 
-/// Seconds of walks and of the rival over those of `auto`, where every run met its target.
-pub fn costs(room: &RoomProof, target: usize, target_error: f64) -> [Option<f64>; 2] {
-    let auto_s = room.cost(target_error).cpu_s;
-    let counts = room.always_met(target_error) && auto_s > 0.0;
-    let ratio = |cpu_s: f64| (counts && cpu_s > 0.0).then_some(cpu_s / auto_s);
-    let rival = room.rival.as_ref().ok().and_then(|costs| ratio(costs[target].cpu_s));
-    [ratio(room.walks[target].cpu_s), rival]
-}
-
 fn shares(sums: &Sums) -> [String; 4] {
     [
         format!("{}/{}", sums.truly_met, sums.said_met),
@@ -55,7 +46,7 @@ pub fn proof_table(proof: &Proof, settings: &ProofSettings) -> Table {
             let [met, worst, over_stated, held] = shares(&sums);
             let seconds = mean_and_worst(rooms.iter().map(|room| room.cost(*target_error).cpu_s));
             let ratios =
-                |of: usize| mean_and_worst(rooms.iter().filter_map(|room| costs(room, target, *target_error)[of]));
+                |of: usize| mean_and_worst(rooms.iter().filter_map(|room| room.ratios(target, *target_error)[of]));
             let (walks, rival) = (ratios(0), ratios(1));
             rows.push(vec![
                 percent(*target_error),
@@ -100,7 +91,7 @@ fn room_table(proof: &Proof, settings: &ProofSettings) -> Table {
             let sums = room.sums(Some(*target_error));
             let [met, worst, _, held] = shares(&sums);
             let auto = room.cost(*target_error);
-            let [walks, rival] = costs(room, target, *target_error);
+            let [walks, rival] = room.ratios(target, *target_error);
             rows.push(vec![
                 room.name(),
                 room.triangles.to_string(),

@@ -188,6 +188,15 @@ impl RoomProof {
         Cost { rays: mean(|cost| cost.rays), cpu_s: mean(|cost| cost.cpu_s) }
     }
 
+    /// Seconds of walks and of the rival to a target, given by its number and as an error, over those of `auto`, where every run met it.
+    pub fn ratios(&self, target: usize, target_error: f64) -> [Option<f64>; 2] {
+        let auto_s = self.cost(target_error).cpu_s;
+        let counts = self.always_met(target_error) && auto_s > 0.0;
+        let ratio = |cpu_s: f64| (counts && cpu_s > 0.0).then_some(cpu_s / auto_s);
+        let rival = self.rival.as_ref().ok().and_then(|costs| ratio(costs[target].cpu_s));
+        [ratio(self.walks[target].cpu_s), rival]
+    }
+
     /// Whether every map of every run to a target met it: without that its cost says nothing.
     pub fn always_met(&self, target_error: f64) -> bool {
         self.runs_to(Some(target_error)).all(|run| run.maps.iter().all(|map| map.said_met))

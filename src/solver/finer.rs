@@ -1,0 +1,58 @@
+//! Finer elements within those that they are cut from.
+
+use super::context::Context;
+use crate::control::{ElementLoss, cuts_for};
+use crate::maps::basis::Linear;
+use crate::scene::elements::MOST_CUTS;
+use crate::scene::{Elements, body_of};
+
+/// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
+pub fn cuts_of(
+    context: &Context,
+    elements: &Elements,
+    lost_lx2: impl Iterator<Item = f64>,
+    goal_lx2: f64,
+    most_elements: usize,
+) -> Vec<u32> {
+    let loss = |(index, lost_lx2): (usize, f64)| {
+        let element = elements.element(index as u32);
+        ElementLoss {
+            area_m2: elements.area_m2(context.scene, element),
+            lost_lx2: lost_lx2.max(0.0),
+            // Leaves of smooth bodies stay as they are.
+            cuts_left: if body_of(&context.scene.bodies, element.triangle).is_some() {
+                0
+            } else {
+                MOST_CUTS - element.cuts()
+            },
+        }
+    };
+    let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
+    cuts_for(&losses, goal_lx2, most_elements)
+}
+
+/// The element from which one of the finer ones was cut.
+pub fn element_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
+    let element = finer.element(index);
+    let [a, b, c] = finer.corners(&element);
+    let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+    elements.element_at(element.triangle, middle, element.side).unwrap_or(0)
+}
+
+/// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
+pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
+    let [a, b, c] = elements.corners(&elements.element(above));
+    let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+    let inverse = 1.0 / (p[0] * q[1] - p[1] * q[0]);
+    finer.corners(&finer.element(index)).map(|corner| {
+        let at = [corner[0] - a[0], corner[1] - a[1]];
+        [(at[0] * q[1] - at[1] * q[0]) * inverse, (p[0] * at[1] - p[1] * at[0]) * inverse]
+    })
+}
+
+/// A function on a piece of its element as what samples are compared with there: constant where only a share of it is exposed,
+/// since samples do not lie evenly in it then.
+pub fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
+    let Linear([mean, first, second]) = function.on_piece(corners);
+    if exposed < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }
+}

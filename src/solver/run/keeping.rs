@@ -1,0 +1,66 @@
+//! A run keeps its state where that is wanted, and goes on from one that was kept.
+
+use super::kept::{KeptRun, RunState};
+use super::state::Run;
+use crate::solver::StopReason;
+
+impl Run<'_> {
+    /// Keeps the state where the observer wants that now.
+    pub(super) fn keep_if_due(&self) {
+        if let Some(keeper) = self.observer.keeper().filter(|keeper| keeper.is_due()) {
+            keeper.keep(&self.state(), &self.progress(), None);
+        }
+    }
+
+    /// Keeps the state at which the work ended.
+    pub(super) fn keep_end(&self, stop_reason: StopReason) {
+        if let Some(keeper) = self.observer.keeper() {
+            keeper.keep(&self.state(), &self.progress(), Some(stop_reason));
+        }
+    }
+
+    fn state(&self) -> RunState<'_> {
+        RunState {
+            jobs: &self.jobs,
+            sets: &self.sets,
+            most_bytes_of_cells: self.most_bytes_of_cells,
+            convergence: &self.convergence,
+            spending: self.spending,
+            clock: self.clock,
+            target_error: self.target_error,
+            selection_by_cell: self.context.stage.selection_by_cell(),
+            wall_s: self.observer.wall_s(),
+        }
+    }
+
+    /// Goes on from a kept state; a map that was judged is judged anew where the target is another one.
+    pub(super) fn take_up(&mut self, kept: KeptRun) {
+        let stage = self.context.stage;
+        stage.take_selection_by_cell(kept.selection_by_cell);
+        (self.jobs, self.sets, self.most_bytes_of_cells) = (kept.jobs, kept.sets, kept.most_bytes_of_cells);
+        (self.convergence, self.spending, self.clock) = (kept.convergence, kept.spending, kept.clock);
+        for job in &mut self.jobs {
+            job.take_numbering(&stage.elements);
+            if job.met {
+                job.run_checks(self.target_error);
+            }
+        }
+        if kept.target_error != self.target_error {
+            (0..self.jobs.len()).for_each(|index| self.aim_anew(index));
+        }
+    }
+
+    /// Judges a map by another target than the one that it went for.
+    fn aim_anew(&mut self, index: usize) {
+        let target_error = self.target_error;
+        let job = &mut self.jobs[index];
+        if let (Some(adaptive), Some(target)) = (&mut job.adapting.adaptive, target_error) {
+            adaptive.aim_at(target);
+        }
+        (job.met, job.adapting.finest, job.looks.refused) = (false, false, false);
+        let is_whole = job.map.direct_samples.ahead == 0 && job.map.indirect_samples.ahead == 0;
+        if job.is_judged() && is_whole {
+            self.look(index);
+        }
+    }
+}
