@@ -15,7 +15,7 @@ use luxmc::estimators::cache::{Cache, CacheAnswer, Met};
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
 use luxmc::estimators::receiver::Receiver;
 use luxmc::estimators::reception::sample_reflected_lx;
-use luxmc::estimators::walk::{gather_indirect_lx, sample_indirect_lx};
+use luxmc::estimators::walk::{sample_indirect_lx, walk_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
@@ -159,7 +159,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     show("gathering rays with a perfect cache, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
             let mut cache = Exact { table_lx: &table_lx };
-            gather_indirect_lx(&stage, receiver, &mut cache, &mut Cut::default(), stream).0
+            walk_indirect_lx(&stage, receiver, &mut cache, &mut Cut::default(), stream).0
         })
     });
 

@@ -252,19 +252,23 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
     (met, rays)
 }
 
-/// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
-/// that places in the cell differ in what it brings.
-fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
+/// What each emitter may bring to the places of a cell.
+struct Bounds {
+    /// Means over the places.
+    means: Vec<f64>,
+    /// The same with a share of what it may bring to the cell's corners.
+    with_corners: Vec<f64>,
+}
+
+/// What the emitters may bring to places of a cell, in lx; `None` where one stands so near that the places differ in it.
+fn bounds_over(stage: &Stage, (center_m, cell_m): (DVec3, f64), places: &[&LitPlace]) -> Option<Bounds> {
     let list = stage.emitters.list();
     let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
     }
-    let count = cell.len().min(PLACES as usize);
-    let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
-    let mean = |of: &dyn Fn(&LitPlace) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
     let bound_at = |emitter: &Emitter, place: &LitPlace| emitter.importance(place.point_m, place.normal);
-    let means: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
+    let means: Vec<f64> = list.iter().map(|emitter| mean_over(places, |place| bound_at(emitter, place))).collect();
     let means_sum: f64 = means.iter().sum();
     let is_uneven = |(emitter, mean): (&Emitter, &f64)| {
         *mean > STRONG * means_sum && places.iter().any(|place| bound_at(emitter, place) > UNEVEN * mean)
@@ -275,7 +279,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
     // An emitter that is behind all places may be in front of others in the cell.
     let corners: [(DVec3, DVec3); 8] = std::array::from_fn(|corner| {
         let end = |axis: usize| if corner & (1 << axis) == 0 { -0.5 } else { 0.5 };
-        (center_m + cell_m * DVec3::new(end(0), end(1), end(2)), places[corner % count].normal)
+        (center_m + cell_m * DVec3::new(end(0), end(1), end(2)), places[corner % places.len()].normal)
     });
     let most = |emitter: &Emitter| {
         corners.iter().map(|(corner_m, normal)| emitter.importance(*corner_m, *normal)).fold(0.0, f64::max)
@@ -284,7 +288,21 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
         |(emitter, mean): (&Emitter, &f64)| (SHARE_OF_CORNER * most(emitter) - mean).clamp(0.0, MOST_EXTRA * means_sum);
     let extras: Vec<f64> = list.iter().zip(&means).map(extra).collect();
     let scale = (MOST_EXTRA * means_sum / extras.iter().sum::<f64>().max(f64::MIN_POSITIVE)).min(1.0);
-    let bounds: Vec<f64> = means.iter().zip(&extras).map(|(mean, extra)| mean + scale * extra).collect();
+    let with_corners = means.iter().zip(&extras).map(|(mean, extra)| mean + scale * extra).collect();
+    Some(Bounds { means, with_corners })
+}
+
+fn mean_over(places: &[&LitPlace], of: impl Fn(&LitPlace) -> f64) -> f64 {
+    places.iter().map(|place| of(place)).sum::<f64>() / places.len() as f64
+}
+
+/// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
+/// that places in the cell differ in what it brings.
+fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
+    let list = stage.emitters.list();
+    let count = cell.len().min(PLACES as usize);
+    let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
+    let Bounds { means, with_corners: bounds } = bounds_over(stage, (center_m, cell_m), &places)?;
     let bounds_sum: f64 = bounds.iter().sum();
     let mut order: Vec<usize> = (0..list.len()).filter(|emitter| bounds[*emitter] > 0.0).collect();
     order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
@@ -307,7 +325,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
             rest -= bound;
             continue;
         }
-        let unshadowed_lx = mean(&|place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
+        let unshadowed_lx = mean_over(&places, |place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
         let mut shares = 0.0;
         let asked = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
         for number in 0..asked {

@@ -41,7 +41,9 @@ impl MethodChoice {
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance)";
-    all_methods().find(|choice| choice.name() == text).ok_or_else(|| format!("no such method; {THERE}"))
+    // What results say of a map's indirect light.
+    let hint = if text == "walk" { "; walks are what collision takes for receivers" } else { "" };
+    all_methods().find(|choice| choice.name() == text).ok_or_else(|| format!("no such method; {THERE}{hint}"))
 }
 
 fn all_methods() -> impl Iterator<Item = MethodChoice> {

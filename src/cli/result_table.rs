@@ -3,11 +3,11 @@
 use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
-use crate::maps::{Estimate, TableKind, TableRow};
+use crate::maps::{DaylightFactors, Estimate, TableKind, TableRow};
 use crate::output::texts::{decimal, said, say, words};
-use crate::output::{daylight_factors, finding_words, leaving_light, observer_words, requirement_words};
+use crate::output::{LeavingLight, daylight_factors, finding_words, leaving_light, observer_words, requirement_words};
 use crate::scene::Scene;
-use crate::solver::{Solution, verdicts, worst_of_sets};
+use crate::solver::{Solution, Verdict, verdicts, worst_of_sets};
 
 const HEADER: &[&str] = &[
     words!("name"),
@@ -56,94 +56,112 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
     if rows_of(TableKind::is_illuminance).any(|row| is_told(&row)) {
         tables.push(illuminance_table(rows_of(TableKind::is_illuminance).filter(is_told)));
     }
-    if rows_of(|kind| kind == TableKind::Luminance).next().is_some() {
-        let rows = rows_of(|kind| kind == TableKind::Luminance).map(|row| {
-            vec![
-                row.name.clone(),
-                number(row.average_lx.value, 4),
-                number(row.average_lx.standard_error, 2),
-                number(row.minimum_lx.value, 4),
-                number(row.maximum_lx.value, 4),
-                number(100.0 * row.estimated_error, 3),
-            ]
-        });
-        tables.push(table_of(LUMINANCE_HEADER, &[0], rows));
+    let luminances = || rows_of(|kind| kind == TableKind::Luminance);
+    if luminances().next().is_some() {
+        tables.push(luminance_table(luminances()));
     }
     let intensities = leaving_light(scene, solution);
     if !intensities.is_empty() {
-        let rows = intensities.iter().map(|light| {
-            let mut cells = vec![light.map.name.clone()];
-            cells.extend(told(light.luminous_flux_lm));
-            cells.push(number(100.0 * light.light_output_ratio, 4));
-            cells.extend(told(light.maximum_cd));
-            cells.extend(light.maximum_at_deg.map(|angle_deg| angle_deg.to_string()));
-            cells.push(number(100.0 * light.map.error.estimated, 3));
-            cells
-        });
-        tables.push(table_of(INTENSITY_HEADER, &[0], rows));
+        tables.push(intensity_table(&intensities));
     }
     let factors = daylight_factors(scene, solution);
     if let Some(first) = factors.first() {
-        let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", number(percent, 2)));
-        let header = [say!("name"), "D̄/%", "±", "Dmin/%", "±", say!("median/%"), "±", &target, "±", &least, "±"];
-        let rows = factors.iter().map(|factors| {
-            let [average, minimum, median] =
-                [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
-            let mut cells = vec![factors.name.clone()];
-            [average, minimum, median].into_iter().for_each(|percent| cells.extend(told(*percent)));
-            for share in factors.shares_above {
-                let [value, error] =
-                    [share.value, share.standard_error].map(|share| decimal(format!("{:.1}%", 100.0 * share)));
-                cells.extend([value, error]);
-            }
-            cells
-        });
-        let outside = number(first.outside_lx, 5);
-        let table = text_table(&header, &[0], rows);
-        tables.push(
-            say!("Daylight factors, {} lx on an open horizontal plane; A: share of the area", outside) + "\n" + &table,
-        );
+        tables.push(daylight_table(&factors, first));
     }
     if !solution.glare.is_empty() {
-        let worst = worst_of_sets(&solution.glare);
-        let has_grids = worst.iter().any(|(rating, _)| scene.receivers[rating.set].observers.len() > 1);
-        let rows = worst.into_iter().map(|(rating, observers)| {
-            let [ugr, error] = match rating.ugr {
-                _ if rating.is_low() => [rating_text(None), UNKNOWN.to_owned()],
-                Some(ugr) => [decimal(format!("{:.2}", ugr.value)), number(ugr.standard_error, 2)],
-                None => [UNKNOWN.to_owned(), UNKNOWN.to_owned()],
-            };
-            let background = rating.background_cd_m2;
-            let [value, spread] = [number(background.value, 4), number(background.standard_error, 2)];
-            let set = &scene.receivers[rating.set];
-            let mut cells = vec![set.name.clone(), ugr, error, value, spread];
-            if has_grids {
-                let place = observer_words(&set.observers[rating.observer]);
-                cells.push(if set.observers.len() > 1 { say!("worst of {}, {}", observers, place) } else { place });
-            }
-            cells
-        });
-        let header = if has_grids { &GRID_GLARE_HEADER[..] } else { GLARE_HEADER };
-        tables.push(table_of(header, &[0, 5], rows));
+        tables.push(glare_table(scene, solution));
     }
     let verdicts = verdicts(scene, solution);
     if !verdicts.is_empty() {
-        let rows = verdicts.iter().map(|verdict| {
-            let [value, error, interval, probability] = finding_words(verdict);
-            let doubt = verdict.doubt().map_or(String::new(), |reason| format!(", {}", said(reason)));
-            vec![
-                scene.receivers[verdict.set].name.clone(),
-                requirement_words(&verdict.requirement),
-                value,
-                error,
-                interval,
-                probability,
-                format!("{}{doubt}", said(verdict.ruling().name())),
-            ]
-        });
-        tables.push(table_of(VERDICT_HEADER, &[0, 1, 6], rows));
+        tables.push(verdict_table(scene, &verdicts));
     }
     tables.join("\n")
+}
+
+fn luminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
+    let rows = rows.map(|row| {
+        vec![
+            row.name.clone(),
+            number(row.average_lx.value, 4),
+            number(row.average_lx.standard_error, 2),
+            number(row.minimum_lx.value, 4),
+            number(row.maximum_lx.value, 4),
+            number(100.0 * row.estimated_error, 3),
+        ]
+    });
+    table_of(LUMINANCE_HEADER, &[0], rows)
+}
+
+fn intensity_table(intensities: &[LeavingLight]) -> String {
+    let rows = intensities.iter().map(|light| {
+        let mut cells = vec![light.map.name.clone()];
+        cells.extend(told(light.luminous_flux_lm));
+        cells.push(number(100.0 * light.light_output_ratio, 4));
+        cells.extend(told(light.maximum_cd));
+        cells.extend(light.maximum_at_deg.map(|angle_deg| angle_deg.to_string()));
+        cells.push(number(100.0 * light.map.error.estimated, 3));
+        cells
+    });
+    table_of(INTENSITY_HEADER, &[0], rows)
+}
+
+fn daylight_table(factors: &[DaylightFactors], first: &DaylightFactors) -> String {
+    let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", number(percent, 2)));
+    let header = [say!("name"), "D̄/%", "±", "Dmin/%", "±", say!("median/%"), "±", &target, "±", &least, "±"];
+    let rows = factors.iter().map(|factors| {
+        let [average, minimum, median] = [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
+        let mut cells = vec![factors.name.clone()];
+        [average, minimum, median].into_iter().for_each(|percent| cells.extend(told(*percent)));
+        for share in factors.shares_above {
+            let [value, error] =
+                [share.value, share.standard_error].map(|share| decimal(format!("{:.1}%", 100.0 * share)));
+            cells.extend([value, error]);
+        }
+        cells
+    });
+    let outside = number(first.outside_lx, 5);
+    let table = text_table(&header, &[0], rows);
+    say!("Daylight factors, {} lx on an open horizontal plane; A: share of the area", outside) + "\n" + &table
+}
+
+fn glare_table(scene: &Scene, solution: &Solution) -> String {
+    let worst = worst_of_sets(&solution.glare);
+    let has_grids = worst.iter().any(|(rating, _)| scene.receivers[rating.set].observers.len() > 1);
+    let rows = worst.into_iter().map(|(rating, observers)| {
+        let [ugr, error] = match rating.ugr {
+            _ if rating.is_low() => [rating_text(None), UNKNOWN.to_owned()],
+            Some(ugr) => [decimal(format!("{:.2}", ugr.value)), number(ugr.standard_error, 2)],
+            None => [UNKNOWN.to_owned(), UNKNOWN.to_owned()],
+        };
+        let background = rating.background_cd_m2;
+        let [value, spread] = [number(background.value, 4), number(background.standard_error, 2)];
+        let set = &scene.receivers[rating.set];
+        let mut cells = vec![set.name.clone(), ugr, error, value, spread];
+        if has_grids {
+            let place = observer_words(&set.observers[rating.observer]);
+            cells.push(if set.observers.len() > 1 { say!("worst of {}, {}", observers, place) } else { place });
+        }
+        cells
+    });
+    let header = if has_grids { &GRID_GLARE_HEADER[..] } else { GLARE_HEADER };
+    table_of(header, &[0, 5], rows)
+}
+
+fn verdict_table(scene: &Scene, verdicts: &[Verdict]) -> String {
+    let rows = verdicts.iter().map(|verdict| {
+        let [value, error, interval, probability] = finding_words(verdict);
+        let doubt = verdict.doubt().map_or(String::new(), |reason| format!(", {}", said(reason)));
+        vec![
+            scene.receivers[verdict.set].name.clone(),
+            requirement_words(&verdict.requirement),
+            value,
+            error,
+            interval,
+            probability,
+            format!("{}{doubt}", said(verdict.ruling().name())),
+        ]
+    });
+    table_of(VERDICT_HEADER, &[0, 1, 6], rows)
 }
 
 /// A table with its headings in the language spoken.

@@ -15,7 +15,7 @@ use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
 use crate::chain::Stage;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
 use crate::estimators::receiver::Receiver;
-use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, gather_indirect_lx, gather_parts_lx};
+use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, walk_indirect_lx, walk_parts_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
@@ -129,7 +129,7 @@ pub fn gather(
 ) -> Gathered {
     let mut first = FirstDiffuse { looks: true, found: None };
     let (variates, weight) = drawn(density, stream);
-    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut first, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
     Gathered {
         plain_lx: looked_lx + weight * arriving_lx,
         term: first.found.map(|met| met.pending_term(grid, weight * met.reflectance)),
@@ -149,7 +149,7 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 /// the rays.
 fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { looks: true, found: None };
-    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut first, cut, stream);
+    let (plain_lx, rays) = walk_indirect_lx(stage, receiver, &mut first, cut, stream);
     (plain_lx, first.found, rays)
 }
 
@@ -175,7 +175,7 @@ fn look_along(
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { looks: false, found: None };
-    let (_, rays) = gather_parts_lx(stage, receiver, variates, &mut first, cut, stream);
+    let (_, rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }
 

@@ -12,7 +12,7 @@ use crate::chain::{LookBack, Roulette, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
-use crate::estimators::walk::gather_parts_lx;
+use crate::estimators::walk::walk_parts_lx;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
@@ -79,7 +79,7 @@ fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
             let mut watch = Watch::default();
             let variates = stream.pair();
             let ([looked_lx, arriving_lx], rays) =
-                gather_parts_lx(stage, &receiver, variates, &mut watch, &mut cut, &mut stream);
+                walk_parts_lx(stage, &receiver, variates, &mut watch, &mut cut, &mut stream);
             let lx = looked_lx + arriving_lx;
             sum_lx += lx;
             squares += lx * lx;

@@ -11,38 +11,23 @@
 //! straight on; there the two are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
 //! techniques for Monte Carlo rendering"), so that every path counts once.
 
+mod vertex;
+
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use self::vertex::{Departure, Vertex, from_near_lights_lx, met_lm_m2};
+pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
+use crate::chain::{LookedBack, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
-use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
-use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
+use crate::estimators::images::Trail;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Diffuse, Law, Pair, Reflection, Scattered, Translucent, Way};
+use crate::sampling::reflection::{Diffuse, Law, Way};
 use crate::sampling::warp::cosine_hemisphere;
-
-/// How a walk left the last vertex at which it looked for luminaires.
-enum Departure {
-    /// Light samples have found all luminaires that the ray can meet straight on.
-    Seen,
-    /// Along a lobe: looks have found them too, and both are weighed.
-    Lobe(LobeRay),
-    /// A mirror on the way: looks have found those alone to which the ray's trail leads.
-    Mirrored,
-}
-
-/// A ray drawn from a lobe, and where from.
-struct LobeRay {
-    lobe_per_sr: f64,
-    spot: TriangleSide,
-    point_m: DVec3,
-    normal: DVec3,
-}
 
 /// No cache: walks go on until they are absorbed or leave.
 struct Blank;
@@ -56,12 +41,12 @@ impl Cache for Blank {
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    gather_indirect_lx(stage, receiver, &mut Blank, cut, stream)
+    walk_indirect_lx(stage, receiver, &mut Blank, cut, stream)
 }
 
 /// One sample of the indirect illuminance at a receiver in lx, and the rays it took: the walk ends at the first diffuse
 /// surface whose indirect light the cache knows, and is as right as the cache.
-pub fn gather_indirect_lx(
+pub fn walk_indirect_lx(
     stage: &Stage,
     receiver: &Receiver,
     cache: &mut impl Cache,
@@ -69,13 +54,13 @@ pub fn gather_indirect_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let variates = stream.pair();
-    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, cache, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(stage, receiver, variates, cache, cut, stream);
     (looked_lx + arriving_lx, rays)
 }
 
 /// What looks find from the receiver, and what arrives along the direction that two variates in [0, 1) make, in lx; with the rays.
 #[inline]
-pub fn gather_parts_lx(
+pub fn walk_parts_lx(
     stage: &Stage,
     receiver: &Receiver,
     variates: [f64; 2],
@@ -136,11 +121,11 @@ pub fn sample_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    gather_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
+    walk_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
 }
 
 /// The same where a cache knows what comes after diffuse surfaces, or counts it by itself.
-pub fn gather_arriving_lx(
+pub fn walk_arriving_lx(
     stage: &Stage,
     origin: Origin,
     direction: DVec3,
@@ -181,10 +166,6 @@ struct Start {
 /// no luminaire's light enters walks come to that, and would go on for ever.
 pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 
-/// Chance with which a surface on a walk's way looks for areas in mirrors: such a look takes as long as several rays, and what it
-/// finds has been reflected once more than what the receiver's own look finds.
-const ON_THE_WAY: f64 = 0.25;
-
 /// One sample of π times the luminance that comes along a ray, without the emitters in sight from where it starts, and
 /// the rays it took. What the first surface spreads counts with the shares of its place and normal.
 fn follow_lm_m2(
@@ -195,56 +176,122 @@ fn follow_lm_m2(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Start { mut origin, mut direction, mut trail, mut looked_back } = start;
-    let mut departure = Departure::Seen;
-    let (mut sum_lm_m2, mut rays) = (0.0, 0);
-    let mut is_first = true;
-    let mut weight = 1.0;
-    let mut surfaces = 0;
-    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
-        rays += 1;
-        surfaces += 1;
-        let hit = match stage.tracer.first_hit(&origin, direction) {
-            Meeting::Surface(hit) => hit,
+    let Start { origin, direction, trail, looked_back } = start;
+    let mut walk = Walk {
+        stage,
+        origin,
+        direction,
+        trail,
+        looked_back,
+        departure: Departure::Seen,
+        has_scattered: false,
+        surfaces: 0,
+        weight: 1.0,
+        sum_lm_m2: 0.0,
+        rays: 0,
+    };
+    while walk.rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(walk.surfaces) {
+        walk.rays += 1;
+        walk.surfaces += 1;
+        let goes_on = match stage.tracer.first_hit(&walk.origin, walk.direction) {
+            Meeting::Surface(hit) => walk.meet(&hit, &share_of, cache, cut, stream),
             Meeting::Ball(luminaire) => {
-                let met = stage.emitters.of_ball(luminaire);
-                return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, &trail, met.into_iter(), cut), rays);
+                walk.find_emitters(stage.emitters.of_ball(luminaire).into_iter(), cut);
+                false
             }
             Meeting::Nothing => {
-                // No light sample finds the sky in a mirror.
-                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored));
-                let sky_lm_m2 = sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(direction));
-                return (sum_lm_m2 + weight * sky_lm_m2, rays);
+                walk.find_sky();
+                false
             }
         };
-        if !matches!(departure, Departure::Seen) {
-            let met = stage.emitters.on_surface(hit.triangle, hit.side);
-            sum_lm_m2 += weight * met_lm_m2(stage, &departure, &trail, met, cut);
+        if !goes_on {
+            return (walk.sum_lm_m2, walk.rays);
+        }
+    }
+    stage.patience.note_walk_given_up();
+    (walk.sum_lm_m2, walk.rays)
+}
+
+/// A walk on its way.
+struct Walk<'a> {
+    stage: &'a Stage,
+    /// Its next ray.
+    origin: Origin,
+    direction: DVec3,
+    trail: Option<Trail>,
+    looked_back: Option<LookedBack>,
+    departure: Departure,
+    /// Whether a surface has scattered it, so that shares no longer matter.
+    has_scattered: bool,
+    /// Surfaces and balls that it met, and the sky.
+    surfaces: u64,
+    weight: f64,
+    /// What it found.
+    sum_lm_m2: f64,
+    rays: u64,
+}
+
+impl Walk<'_> {
+    /// Emitters that the ray meets count as far as light samples did not find them.
+    #[inline]
+    fn find_emitters(&mut self, met: impl Iterator<Item = u32>, cut: &mut Cut) {
+        self.sum_lm_m2 += self.weight * met_lm_m2(self.stage, &self.departure, &self.trail, met, cut);
+    }
+
+    /// The sky counts in a mirror, where no light sample finds it.
+    fn find_sky(&mut self) {
+        let sky = self.stage.emitters.sky().filter(|_| matches!(self.departure, Departure::Mirrored));
+        self.sum_lm_m2 += self.weight * sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(self.direction));
+    }
+
+    /// Adds what is found at a surface; whether the walk goes on from there.
+    #[inline]
+    fn meet(
+        &mut self,
+        hit: &SurfaceHit,
+        share_of: &impl Fn(DVec3, DVec3) -> [f64; 2],
+        cache: &mut impl Cache,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> bool {
+        let stage = self.stage;
+        if !matches!(self.departure, Departure::Seen) {
+            self.find_emitters(stage.emitters.on_surface(hit.triangle, hit.side), cut);
         }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
-            return (sum_lm_m2, rays);
+            return false;
         }
-        let normal = stage.normal_at(&hit);
-        origin = stage.leave(&hit, Way::Spread);
-        let shares_of = |lit: DVec3| if is_first { share_of(stage.tracer.position_m(&origin), lit) } else { [1.0; 2] };
+        let normal = stage.normal_at(hit);
+        let origin = stage.leave(hit, Way::Spread);
+        self.origin = origin;
+        let shares_of =
+            |lit: DVec3| if self.has_scattered { [1.0; 2] } else { share_of(stage.tracer.position_m(&origin), lit) };
         let shares = shares_of(normal);
         if shares == [0.0; 2] && matches!(law, Law::Diffuse(_)) {
-            return (sum_lm_m2, rays);
+            return false;
         }
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
-        let spot = (hit.triangle, hit.side);
-        let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
-        let vertex =
-            Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
-        let is_first_met = surfaces == 1;
+        let from = self.looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
+        let vertex = Vertex {
+            stage,
+            hit,
+            spot: (hit.triangle, hit.side),
+            direction: self.direction,
+            normal,
+            seen: normal,
+            origin: &origin,
+            looked_back: from,
+        };
+        let is_first_met = self.surfaces == 1;
         if let Law::Diffuse(law) = law {
             let (known_lm_m2, known_rays) =
                 vertex.cached_lm_m2((law.reflectance, is_first_met), shares, cache, cut, stream);
-            rays += known_rays;
+            self.rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
-                return (sum_lm_m2 + weight * known_lm_m2, rays);
+                self.sum_lm_m2 += self.weight * known_lm_m2;
+                return false;
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
@@ -260,324 +307,65 @@ fn follow_lm_m2(
             law if law.is_specular() => (0.0, 0),
             law => vertex.glossy_lm_m2(law, shares, cut, stream),
         };
-        sum_lm_m2 += weight * direct_lm_m2;
-        rays += direct_rays;
-        let looks_back = stage.near_lights.is_some() && matches!(law, Law::Diffuse(_));
-        let here = looks_back.then(|| (stage.tracer.position_m(&origin), normal));
+        self.sum_lm_m2 += self.weight * direct_lm_m2;
+        self.rays += direct_rays;
         if let Law::Diffuse(law) = law
-            && looks_back
+            && stage.near_lights.is_some()
         {
-            let spread = weight * shares[1] * law.reflectance;
+            let spread = self.weight * shares[1] * law.reflectance;
             let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), spread, cache, stream);
-            sum_lm_m2 += spread * near_lx;
-            rays += near_rays;
+            self.sum_lm_m2 += spread * near_lx;
+            self.rays += near_rays;
         }
+        self.leave(&Vertex { looked_back: None, ..vertex }, [shares[1], shares_behind[1]], cache, stream)
+    }
+
+    /// Goes on from a surface, unless it absorbs the walk or lets through none of what counts; whether it does. Shares are those of light that
+    /// was reflected before, for what the surface sends back and for what it lets through.
+    #[inline]
+    fn leave(
+        &mut self,
+        vertex: &Vertex,
+        [share, share_behind]: [f64; 2],
+        cache: &mut impl Cache,
+        stream: &mut Stream,
+    ) -> bool {
+        let Vertex { stage, hit, normal, .. } = *vertex;
+        let law = stage.law(hit.triangle);
         let scattered = match law {
             Law::Diffuse(law) => {
-                let Some(survivor) = stage.roulette.survivor_weight(weight * law.reflectance, stream) else {
-                    return (sum_lm_m2, rays);
+                let Some(survivor) = stage.roulette.survivor_weight(self.weight * law.reflectance, stream) else {
+                    return false;
                 };
-                weight = survivor;
-                cache.told(&WalkEvent::GoesOn { weight, sum_lm_m2, rays });
+                self.weight = survivor;
+                cache.told(&WalkEvent::GoesOn { weight: survivor, sum_lm_m2: self.sum_lm_m2, rays: self.rays });
                 Some(Diffuse::spread(normal, stream))
             }
-            law => law.sample(direction, normal, stream),
+            law => law.sample(self.direction, normal, stream),
         };
         let Some(scattered) = scattered else {
-            return (sum_lm_m2, rays);
+            return false;
         };
+        let here = (stage.near_lights.is_some() && matches!(law, Law::Diffuse(_)))
+            .then(|| (stage.tracer.position_m(vertex.origin), normal));
         if scattered.way.leads_through() {
-            origin = stage.leave(&hit, scattered.way);
+            self.origin = stage.leave(hit, scattered.way);
         }
-        is_first &= scattered.way == Way::Passed;
-        looked_back = match scattered.way {
-            Way::Passed => looked_back,
+        self.has_scattered |= scattered.way != Way::Passed;
+        self.looked_back = match scattered.way {
+            Way::Passed => self.looked_back,
             Way::Spread => here,
             _ => None,
         };
-        if matches!(scattered.way, Way::Spread | Way::SpreadThrough) {
-            weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
-        }
-        let left =
-            Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: None };
-        (trail, departure) = left.depart(law, &scattered, (trail, departure));
-        if weight <= 0.0 {
-            return (sum_lm_m2, rays);
-        }
-        direction = scattered.direction;
-    }
-    stage.patience.note_walk_given_up();
-    (sum_lm_m2, rays)
-}
-
-/// What the emitters that a ray meets add, in lm/m²: their exitance, times the share that is the ray's to count.
-///
-/// For a lobe f and an emitter of luminance L that brings E and is chosen with probability p, a look draws the
-/// direction with density p L cos θ/E and the ray with density f cos θ: the ray's share is z/(1 + z), z = f E/(p L).
-fn met_lm_m2(
-    stage: &Stage,
-    departure: &Departure,
-    trail: &Option<Trail>,
-    met: impl Iterator<Item = u32>,
-    cut: &mut Cut,
-) -> f64 {
-    let mut sum_lm_m2 = 0.0;
-    for index in met {
-        let emitter = &stage.emitters.list()[index as usize];
-        let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
-        let share = match departure {
-            Departure::Seen => 0.0,
-            Departure::Mirrored => match (trail, &stage.mirrors) {
-                (Some(trail), Some(mirrors)) => trail.share_of_ray(stage, mirrors, index),
-                _ => 1.0,
-            },
-            Departure::Lobe(ray) => {
-                let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
-                let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
-                let looked = probability * exitance_lm_m2 / PI;
-                let rayed = ray.lobe_per_sr * unshadowed_lx;
-                if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }
-            }
-        };
-        sum_lm_m2 += share * exitance_lm_m2;
-    }
-    sum_lm_m2
-}
-
-/// A place where a walk met a surface that scatters.
-struct Vertex<'a> {
-    stage: &'a Stage,
-    hit: &'a SurfaceHit,
-    /// The side of a triangle from which it looks for luminaires.
-    spot: TriangleSide,
-    /// Direction of the walk's ray.
-    direction: DVec3,
-    /// Normal of the side whose light is looked for: of `seen`, or of the other one where light comes through a sheet.
-    normal: DVec3,
-    /// Normal of the side that the walk came from.
-    seen: DVec3,
-    /// The place for the tracer, on the side whose light is looked for.
-    origin: &'a Origin,
-    /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
-    looked_back: Option<LookedBack>,
-}
-
-impl Vertex<'_> {
-    /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
-    #[inline]
-    fn cached_lm_m2(
-        &self,
-        (reflectance, is_first): (f64, bool),
-        shares: [f64; 2],
-        cache: &mut impl Cache,
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (Option<f64>, u64) {
-        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance, is_first };
-        let (answer, rays) = cache.look_up(&met, cut, stream);
-        match answer {
-            CacheAnswer::Nothing => (None, rays),
-            CacheAnswer::Stop => (Some(0.0), rays),
-            CacheAnswer::End(known_lx) => {
-                // What is known holds the images in mirrors.
-                let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
-                let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
-                (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
-            }
-        }
-    }
-
-    /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
-    #[inline]
-    fn depart(
-        &self,
-        law: &Law,
-        scattered: &Scattered,
-        (trail, departure): (Option<Trail>, Departure),
-    ) -> (Option<Trail>, Departure) {
-        let Vertex { stage, normal, direction, .. } = *self;
-        let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
         match scattered.way {
-            Way::Lobe => {
-                let point_m = stage.tracer.position_m(self.origin);
-                let lobe_per_sr = law.lobe_per_sr(&pair);
-                let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
-                (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
-            }
-            Way::Mirrored => {
-                let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
-                let facet = stage.mirrors.as_ref().and_then(facet);
-                let on = |trail: Trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction)));
-                (trail.and_then(on), Departure::Mirrored)
-            }
-            Way::Passed => {
-                let share = || if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 };
-                (trail.map(|trail| trail.passed(share())), departure)
-            }
-            Way::Spread | Way::SpreadThrough => {
-                let side = if scattered.way == Way::SpreadThrough { -normal } else { normal };
-                let trail = trail_from(stage, ON_THE_WAY, || {
-                    let spread_per_sr = match law {
-                        // One side looks for areas, by chance: both by their shares.
-                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
-                        law => law.spread_per_sr(&pair),
-                    };
-                    (stage.tracer.position_m(self.origin), side, spread_per_sr)
-                });
-                (trail, Departure::Seen)
-            }
+            Way::Spread => self.weight *= share,
+            Way::SpreadThrough => self.weight *= share_behind,
+            _ => {}
         }
+        let before = (self.trail.take(), std::mem::replace(&mut self.departure, Departure::Seen));
+        let left = Vertex { origin: &self.origin, ..*vertex };
+        (self.trail, self.departure) = left.depart(law, &scattered, before);
+        self.direction = scattered.direction;
+        self.weight > 0.0
     }
-
-    fn receiver(&self) -> Receiver<'_> {
-        Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
-    }
-
-    /// Direct light by a look in lx, less what looking back has found.
-    #[inline]
-    fn direct_lx(&self, sight: &Sight) -> f64 {
-        let share = match (&self.stage.near_lights, self.looked_back) {
-            (Some(lights), Some(from)) => {
-                let place = (self.stage.tracer.position_m(self.origin), self.normal);
-                lights.share_of_look(self.stage, sight.index, place, self.seen, from)
-            }
-            _ => 1.0,
-        };
-        share * sight.direct_lx()
-    }
-
-    /// Light that leaves in all directions: of direct light, and of light from images in mirrors, by the shares that count.
-    #[inline]
-    fn spread_lm_m2(
-        &self,
-        reflectance: f64,
-        shares: [f64; 2],
-        mut tell: impl FnMut(WalkEvent),
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (f64, u64) {
-        let [direct, mirrored] = shares.map(|share| share * reflectance);
-        let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
-        let sight = match direct > 0.0 {
-            true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
-            false => None,
-        };
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
-            let counted_lm_m2 = direct * self.direct_lx(&sight);
-            if self.looked_back.is_some() && self.stage.is_near(sight.index) {
-                let lm_m2 = direct * sight.direct_lx();
-                tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
-            }
-            (counted_lm_m2, 1)
-        });
-        let (mirrored_lm_m2, mirrored_rays) =
-            in_mirrors_lx(self.stage, &self.receiver(), ON_THE_WAY, responses, cut, stream);
-        (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
-    }
-
-    /// The same from either side of a translucent sheet, chosen by its share.
-    fn translucent_lm_m2(
-        &self,
-        law: &Translucent,
-        [shares, shares_behind]: [[f64; 2]; 2],
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (f64, u64) {
-        if stream.unit() * law.total(1.0) < law.reflectance {
-            return self.spread_lm_m2(law.total(1.0), shares, |_| (), cut, stream);
-        }
-        let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        let (triangle, side) = self.spot;
-        Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
-            law.total(1.0),
-            shares_behind,
-            |_| (),
-            cut,
-            stream,
-        )
-    }
-
-    /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
-    /// lobe shares, of luminaires and of images in mirrors.
-    fn glossy_lm_m2(&self, law: &Law, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let receiver = self.receiver();
-        let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
-        let responses = |towards: DVec3| {
-            let pair = pair(towards);
-            let (spread_per_sr, lobe_per_sr) = (law.spread_per_sr(&pair), law.lobe_per_sr(&pair));
-            let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
-            [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
-        };
-        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
-        let Some(sight) = one_light_sample(self.stage, self.spot, &receiver, SampleCost::Full, cut, stream) else {
-            return (mirrored_lm_m2, rays);
-        };
-        let pair = pair(sight.towards);
-        let brought_lx = sight.unshadowed_lx / sight.probability;
-        let lobe = law.lobe_per_sr(&pair) * brought_lx;
-        // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
-        let lobe = match sight.emitter.exitance_lm_m2() {
-            Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
-            None => lobe,
-        };
-        let looked_lm_m2 = PI * (direct * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
-        (mirrored_lm_m2 + looked_lm_m2, rays + 1)
-    }
-}
-
-/// A place that makes the same of light from everywhere, and its rays.
-pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
-    [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
-}
-
-/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any: only then `start` works out the place,
-/// its normal, and the ray's density per sr and over the cosine.
-#[inline]
-pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
-    let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
-    looks.then(|| {
-        let (point_m, normal, ray_per_sr) = start();
-        Trail::from(point_m, normal, ray_per_sr, chance)
-    })
-}
-
-/// What a place receives from images in mirrors, if there can be any, by its responses; areas are looked for by chance, and beside the
-/// rays that [`trail_from`] tells of.
-#[inline]
-pub fn in_mirrors_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    chance: f64,
-    responses: impl Fn(DVec3) -> [ImageResponse; 2],
-    cut: &mut Cut,
-    stream: &mut Stream,
-) -> (f64, u64) {
-    let Some(mirrors) = &stage.mirrors else {
-        return (0.0, 0);
-    };
-    let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
-    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
-    if !mirrors.walks_look() {
-        return (points_lx, point_rays);
-    }
-    let (areas_lx, area_rays) = look_for_areas_beside_rays(stage, mirrors, receiver, chance, responses, stream);
-    (points_lx + areas_lx, point_rays + area_rays)
-}
-
-/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]; it counts
-/// with a weight in the walk, which the cache is told.
-#[inline]
-fn from_near_lights_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    weight: f64,
-    cache: &mut impl Cache,
-    stream: &mut Stream,
-) -> (f64, u64) {
-    let Some(lights) = &stage.near_lights else {
-        return (0.0, 0);
-    };
-    let found = lights.look_back(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
-    cache.told(&WalkEvent::LookedBack { weight, found: &found });
-    (found.lx, found.rays)
 }

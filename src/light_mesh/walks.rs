@@ -14,7 +14,7 @@ use crate::estimators::cache::{Cache, CacheAnswer, Met};
 use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::MANY_MIRRORS;
-use crate::estimators::walk::{gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
+use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx, walk_arriving_lx};
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -77,7 +77,7 @@ pub fn sample_along_lx(
         rays += mirror_rays;
         let Some((start, towards)) = past else { return (sum_lx, rays) };
         let mut halt = Halt { around, at: None };
-        let (lx, walk_rays) = gather_arriving_lx(stage, start, towards, &mut halt, cut, stream);
+        let (lx, walk_rays) = walk_arriving_lx(stage, start, towards, &mut halt, cut, stream);
         sum_lx += lx;
         rays += walk_rays;
         match halt.at {

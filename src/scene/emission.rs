@@ -268,14 +268,16 @@ impl Emission {
                 is_black_ball: true,
                 ..none
             },
-            Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 } => EmissionFacts {
+            Emission::Ring { center_m, axis, radii_m: [inner_m, outer_m], exitance_lm_m2 } => EmissionFacts {
                 kind_name: "ring",
                 words: "luminous ring, diffuse",
                 place_m: Some(*center_m),
-                radius_m: radii_m[1],
+                radius_m: *outer_m,
+                half_axes_m: Some(<[DVec3; 2]>::from(axis.any_orthonormal_pair()).map(|unit| *outer_m * unit)),
+                hole: inner_m / outer_m,
                 aim: Some(*axis),
                 exitance_lm_m2: Some(*exitance_lm_m2),
-                opening: Some(Opening::Disk { diameter_m: 2.0 * radii_m[1] }),
+                opening: Some(Opening::Disk { diameter_m: 2.0 * outer_m }),
                 ..none
             },
             Emission::Sky { openings, .. } => {
@@ -295,14 +297,15 @@ impl Emission {
     pub fn outlines_m(&self) -> Vec<Vec<DVec3>> {
         /// Corners that stand for a circle.
         const CORNERS: u32 = 72;
-        let Emission::Ring { center_m, axis, radii_m, .. } = self else { return Vec::new() };
-        let (u, v) = axis.any_orthonormal_pair();
+        let EmissionFacts { place_m: Some(center_m), half_axes_m: Some([u_m, v_m]), hole, .. } = self.facts() else {
+            return Vec::new();
+        };
         let corner = |k: u32| {
             let (sin, cos) = (2.0 * PI * f64::from(k) / f64::from(CORNERS)).sin_cos();
-            cos * u + sin * v
+            cos * u_m + sin * v_m
         };
-        let circle = |radius_m: f64| (0..CORNERS).map(|k| *center_m + radius_m * corner(k)).collect();
-        radii_m.iter().filter(|radius_m| **radius_m > 0.0).map(|radius_m| circle(*radius_m)).collect()
+        let ellipse = |scale: f64| (0..CORNERS).map(|k| center_m + scale * corner(k)).collect();
+        [hole, 1.0].into_iter().filter(|scale| *scale > 0.0).map(ellipse).collect()
     }
 
     /// Moves what stands somewhere; surfaces stand where they are.

@@ -28,6 +28,7 @@ pub use self::requests::map_requests;
 use self::state::{Run, SHARE_OF_MEMORY};
 use super::context::Context;
 use super::finish::{Ending, finish};
+use super::job::Job;
 use super::pace::{Pace, TimeLeft};
 use super::portion::{MapOfShare, MapSums, Portion, sums_of};
 use super::spending::Activity;
@@ -74,10 +75,7 @@ pub(super) fn solve_as(
     let observer = &LaterObserver::of(observer, going_on.as_ref());
     let time_limit_s = observer.time_limit_s(settings, going_on.as_ref());
     let settings = &Settings { time_limit_s, ..settings.clone() };
-    let target_error = settings
-        .target_error
-        .filter(|_| portion.is_none_or(|portion| portion.share.is_none()))
-        .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
+    let target_error = target_of(settings, portion);
     let adapt_to = adapts(settings, &stage).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (portion.map_or(settings.seed, |portion| portion.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
@@ -126,17 +124,29 @@ pub(super) fn solve_as(
     let left_out = run.leave_out();
     run.judge_all(in_haste);
     let compute_s = kept_s + started.elapsed().as_secs_f64() - build_s;
-    let Run { mut jobs, convergence, mut spending, clock, .. } = run;
+    let (mut solution, jobs) = solution_of(run, stop_reason, [build_s, compute_s]);
+    tell_left_out(&mut solution, &left_out);
+    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
+    (solution, sums)
+}
+
+/// The target that ends a run: not that of a share, which is that of the merged maps; without any stop rule the usual one.
+fn target_of(settings: &Settings, portion: Option<Portion>) -> Option<f64> {
+    let is_share = portion.is_some_and(|portion| portion.share.is_some());
+    let is_endless = settings.chains.is_none() && settings.time_limit_s.is_none();
+    settings.target_error.filter(|_| !is_share).or_else(|| is_endless.then_some(DEFAULT_TARGET_ERROR))
+}
+
+/// What came of a run that has ended, and its jobs.
+fn solution_of(run: Run, stop_reason: StopReason, [build_s, compute_s]: [f64; 2]) -> (Solution, Vec<Job>) {
+    let Run { context, settings, target_error, mut jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
         spending += job.work.spending;
         spending.add(Activity::Pilots, job.work.pilot_rays, Duration::ZERO);
     }
     let begun_wall_s = clock.begun_wall_s();
     let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
-    let mut solution = finish(&context, settings, &mut jobs, ending);
-    tell_left_out(&mut solution, &left_out);
-    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
-    (solution, sums)
+    (finish(context, settings, &mut jobs, ending), jobs)
 }
 
 /// A map that is left out met no target; of nothing but those nobody knows an error.

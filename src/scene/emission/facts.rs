@@ -13,6 +13,9 @@ pub struct EmissionFacts<'a> {
     pub words: &'static str,
     pub place_m: Option<DVec3>,
     pub radius_m: f64,
+    /// Of a flat elliptical opening: half axes that a plan draws, and the size of the hole in it, as a share.
+    pub half_axes_m: Option<[DVec3; 2]>,
+    pub hole: f64,
     pub aim: Option<DVec3>,
     pub c0: Option<DVec3>,
     pub intensity_cd: Option<f64>,

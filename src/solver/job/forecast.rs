@@ -10,6 +10,7 @@ use crate::control::{
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
 use crate::solver::context::Context;
+use crate::solver::spending::Activity;
 
 /// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
 const RAYS_OF_AN_ENTRY: f64 = 1.0;
@@ -43,6 +44,8 @@ const WALKS_BEYOND_PILOT: f64 = 1.25;
 const PASSES_BEYOND_FORECAST: f64 = 1.0;
 /// What local estimation takes over what its pilot says (measured in six made-up rooms and the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
+/// Rays of one kind after which it is known how fast they are.
+const TIMED_RAYS: u64 = 20_000;
 /// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
 const WORK_OF_REFUSED: f64 = 1.22;
 
@@ -74,6 +77,29 @@ pub(super) struct BeforeCut {
 }
 
 impl Job {
+    /// Seconds that a ray of the map's work to come takes, by what rays of its kinds took so far: those of direct light look ahead, and take
+    /// longer than those of walks. `None` before they are timed.
+    pub fn seconds_per_ray(&self) -> Option<f64> {
+        let timed = |activities: &[Activity]| {
+            let spent = &self.work.spending;
+            let rays: u64 = activities.iter().map(|activity| spent.rays(*activity)).sum();
+            let seconds: f64 = activities.iter().map(|activity| spent.seconds(*activity)).sum();
+            (rays >= TIMED_RAYS).then_some(seconds / rays as f64)
+        };
+        let direct_rays = self.share.rays_per_pass * self.share.passes_per_sample;
+        let of_direct = direct_rays / (direct_rays + self.share.rays_per_indirect).max(f64::MIN_POSITIVE);
+        let of_both = |indirect: Activity| {
+            let indirect_s = timed(&[indirect])?;
+            Some(of_direct * timed(&[Activity::Direct]).unwrap_or(indirect_s) + (1.0 - of_direct) * indirect_s)
+        };
+        match self.engine {
+            _ if self.black => timed(&[Activity::Direct]),
+            Engine::Gather => timed(&[Activity::Direct, Activity::Gathering, Activity::Cells, Activity::ResidualWalks]),
+            Engine::Walk => of_both(Activity::Walks),
+            Engine::Collision | Engine::Local(_) => of_both(Activity::Chains),
+        }
+    }
+
     /// What is known of it now, to be kept while its elements are cut.
     pub(super) fn before_cut(&self, context: &Context) -> Option<BeforeCut> {
         let left = self.rays_left(context, context.target_error)?;

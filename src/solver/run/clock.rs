@@ -56,9 +56,15 @@ impl Clock {
         1.0 / self.seconds_per_ray(rays, wall_s).0.max(LEAST_SECONDS)
     }
 
-    /// Seconds that so many rays will take.
-    pub fn seconds_of(&self, left: Forecast, rays: u64, wall_s: f64) -> Forecast {
+    /// Seconds that rays which are left will take, of which so many were timed by their kinds, at the rate of the run so far and at theirs.
+    pub fn seconds_of(&self, left: Forecast, (timed_rays, timed_s): (f64, f64), rays: u64, wall_s: f64) -> Forecast {
         let (seconds, deviation_ln) = self.seconds_per_ray(rays, wall_s);
-        left.times(seconds, deviation_ln)
+        let timed_rays_at_most = timed_rays.min(left.expected);
+        if timed_rays_at_most <= 0.0 {
+            return left.times(seconds, deviation_ln);
+        }
+        let of_timed_s = timed_s / timed_rays;
+        let share = timed_rays_at_most / left.expected;
+        left.times(share * of_timed_s + (1.0 - share) * seconds, deviation_ln)
     }
 }

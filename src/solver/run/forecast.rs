@@ -27,6 +27,8 @@ enum Looking {
 #[derive(Default)]
 pub(super) struct WorkLeft {
     pub rays: Forecast,
+    /// Rays that were timed, and the seconds that these will take.
+    timed: (f64, f64),
     /// The map that takes the most of it, and its rays.
     slowest: Option<(SlowestMap, f64)>,
 }
@@ -132,11 +134,11 @@ impl Run<'_> {
         let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));
         let to_limit_rays = to_limit_s.map(|seconds| seconds * self.clock.rays_per_s(rays, wall_s));
         if self.target_error.is_none() && self.settings.chains.is_none() {
-            let left = WorkLeft { rays: Forecast::known(to_limit_rays?), slowest: None };
+            let left = WorkLeft { rays: Forecast::known(to_limit_rays?), ..WorkLeft::default() };
             return Some((left, Forecast::known(to_limit_s?)));
         }
         let mut left = self.left()?;
-        let mut seconds = self.clock.seconds_of(left.rays, rays, wall_s);
+        let mut seconds = self.clock.seconds_of(left.rays, left.timed, rays, wall_s);
         if let (Some(limit_rays), Some(limit_s)) = (to_limit_rays, to_limit_s) {
             left.rays = left.rays.at_most(limit_rays);
             seconds = seconds.at_most(limit_s);
@@ -153,6 +155,10 @@ impl Run<'_> {
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
             let rays = self.left_of(job)?;
             let hindrance = self.target_error.and_then(|target| job.hindrance(target));
+            if let Some(seconds_per_ray) = job.seconds_per_ray() {
+                left.timed.0 += rays.expected;
+                left.timed.1 += rays.expected * seconds_per_ray;
+            }
             left.note(SlowestMap { name: job.name.clone(), error: job.stated_error(), hindrance }, rays);
             // Where the pilots of one map say too much, those of the others are likely to.
             if job.is_judged() {

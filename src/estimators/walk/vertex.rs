@@ -1,0 +1,315 @@
+//! What a walk finds at one of its vertices, and how it leaves from there.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use glam::DVec3;
+
+use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
+use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
+use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
+use crate::estimators::receiver::Receiver;
+use crate::geometry::{Origin, SurfaceHit};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Pair, Reflection, Scattered, Translucent, Way};
+
+/// Chance with which a surface on a walk's way looks for areas in mirrors: such a look takes as long as several rays, and what it
+/// finds has been reflected once more than what the receiver's own look finds.
+const ON_THE_WAY: f64 = 0.25;
+
+/// How a walk left the last vertex at which it looked for luminaires.
+pub(super) enum Departure {
+    /// Light samples have found all luminaires that the ray can meet straight on.
+    Seen,
+    /// Along a lobe: looks have found them too, and both are weighed.
+    Lobe(LobeRay),
+    /// A mirror on the way: looks have found those alone to which the ray's trail leads.
+    Mirrored,
+}
+
+/// A ray drawn from a lobe, and where from.
+pub(super) struct LobeRay {
+    lobe_per_sr: f64,
+    spot: TriangleSide,
+    point_m: DVec3,
+    normal: DVec3,
+}
+
+/// What the emitters that a ray meets add, in lm/m²: their exitance, times the share that is the ray's to count.
+///
+/// For a lobe f and an emitter of luminance L that brings E and is chosen with probability p, a look draws the
+/// direction with density p L cos θ/E and the ray with density f cos θ: the ray's share is z/(1 + z), z = f E/(p L).
+pub(super) fn met_lm_m2(
+    stage: &Stage,
+    departure: &Departure,
+    trail: &Option<Trail>,
+    met: impl Iterator<Item = u32>,
+    cut: &mut Cut,
+) -> f64 {
+    let mut sum_lm_m2 = 0.0;
+    for index in met {
+        let emitter = &stage.emitters.list()[index as usize];
+        let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
+        let share = match departure {
+            Departure::Seen => 0.0,
+            Departure::Mirrored => match (trail, &stage.mirrors) {
+                (Some(trail), Some(mirrors)) => trail.share_of_ray(stage, mirrors, index),
+                _ => 1.0,
+            },
+            Departure::Lobe(ray) => {
+                let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
+                let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
+                let looked = probability * exitance_lm_m2 / PI;
+                let rayed = ray.lobe_per_sr * unshadowed_lx;
+                if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }
+            }
+        };
+        sum_lm_m2 += share * exitance_lm_m2;
+    }
+    sum_lm_m2
+}
+
+/// A place where a walk met a surface that scatters.
+pub(super) struct Vertex<'a> {
+    pub stage: &'a Stage,
+    pub hit: &'a SurfaceHit,
+    /// The side of a triangle from which it looks for luminaires.
+    pub spot: TriangleSide,
+    /// Direction of the walk's ray.
+    pub direction: DVec3,
+    /// Normal of the side whose light is looked for: of `seen`, or of the other one where light comes through a sheet.
+    pub normal: DVec3,
+    /// Normal of the side that the walk came from.
+    pub seen: DVec3,
+    /// The place for the tracer, on the side whose light is looked for.
+    pub origin: &'a Origin,
+    /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
+    pub looked_back: Option<LookedBack>,
+}
+
+impl Vertex<'_> {
+    /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
+    #[inline]
+    pub fn cached_lm_m2(
+        &self,
+        (reflectance, is_first): (f64, bool),
+        shares: [f64; 2],
+        cache: &mut impl Cache,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Option<f64>, u64) {
+        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance, is_first };
+        let (answer, rays) = cache.look_up(&met, cut, stream);
+        match answer {
+            CacheAnswer::Nothing => (None, rays),
+            CacheAnswer::Stop => (Some(0.0), rays),
+            CacheAnswer::End(known_lx) => {
+                // What is known holds the images in mirrors.
+                let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
+                let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
+                (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
+            }
+        }
+    }
+
+    /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
+    #[inline]
+    pub fn depart(
+        &self,
+        law: &Law,
+        scattered: &Scattered,
+        (trail, departure): (Option<Trail>, Departure),
+    ) -> (Option<Trail>, Departure) {
+        let Vertex { stage, normal, direction, .. } = *self;
+        let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
+        match scattered.way {
+            Way::Lobe => {
+                let point_m = stage.tracer.position_m(self.origin);
+                let lobe_per_sr = law.lobe_per_sr(&pair);
+                let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
+                (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
+            }
+            Way::Mirrored => {
+                let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
+                let facet = stage.mirrors.as_ref().and_then(facet);
+                let on = |trail: Trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction)));
+                (trail.and_then(on), Departure::Mirrored)
+            }
+            Way::Passed => {
+                let share = || if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 };
+                (trail.map(|trail| trail.passed(share())), departure)
+            }
+            Way::Spread | Way::SpreadThrough => {
+                let side = if scattered.way == Way::SpreadThrough { -normal } else { normal };
+                let trail = trail_from(stage, ON_THE_WAY, || {
+                    let spread_per_sr = match law {
+                        // One side looks for areas, by chance: both by their shares.
+                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
+                        law => law.spread_per_sr(&pair),
+                    };
+                    (stage.tracer.position_m(self.origin), side, spread_per_sr)
+                });
+                (trail, Departure::Seen)
+            }
+        }
+    }
+
+    pub fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
+    }
+
+    /// Direct light by a look in lx, less what looking back has found.
+    #[inline]
+    fn direct_lx(&self, sight: &Sight) -> f64 {
+        let share = match (&self.stage.near_lights, self.looked_back) {
+            (Some(lights), Some(from)) => {
+                let place = (self.stage.tracer.position_m(self.origin), self.normal);
+                lights.share_of_look(self.stage, sight.index, place, self.seen, from)
+            }
+            _ => 1.0,
+        };
+        share * sight.direct_lx()
+    }
+
+    /// Light that leaves in all directions: of direct light, and of light from images in mirrors, by the shares that count.
+    #[inline]
+    pub fn spread_lm_m2(
+        &self,
+        reflectance: f64,
+        shares: [f64; 2],
+        mut tell: impl FnMut(WalkEvent),
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        let [direct, mirrored] = shares.map(|share| share * reflectance);
+        let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
+        let sight = match direct > 0.0 {
+            true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
+            false => None,
+        };
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
+            let counted_lm_m2 = direct * self.direct_lx(&sight);
+            if self.looked_back.is_some() && self.stage.is_near(sight.index) {
+                let lm_m2 = direct * sight.direct_lx();
+                tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
+            }
+            (counted_lm_m2, 1)
+        });
+        let (mirrored_lm_m2, mirrored_rays) =
+            in_mirrors_lx(self.stage, &self.receiver(), ON_THE_WAY, responses, cut, stream);
+        (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
+    }
+
+    /// The same from either side of a translucent sheet, chosen by its share.
+    pub fn translucent_lm_m2(
+        &self,
+        law: &Translucent,
+        [shares, shares_behind]: [[f64; 2]; 2],
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        if stream.unit() * law.total(1.0) < law.reflectance {
+            return self.spread_lm_m2(law.total(1.0), shares, |_| (), cut, stream);
+        }
+        let behind = self.stage.leave(self.hit, Way::SpreadThrough);
+        let (triangle, side) = self.spot;
+        Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
+            law.total(1.0),
+            shares_behind,
+            |_| (),
+            cut,
+            stream,
+        )
+    }
+
+    /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
+    /// lobe shares, of luminaires and of images in mirrors.
+    pub fn glossy_lm_m2(
+        &self,
+        law: &Law,
+        [direct, mirrored]: [f64; 2],
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        let receiver = self.receiver();
+        let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
+        let responses = |towards: DVec3| {
+            let pair = pair(towards);
+            let (spread_per_sr, lobe_per_sr) = (law.spread_per_sr(&pair), law.lobe_per_sr(&pair));
+            let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
+            [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
+        };
+        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
+        let Some(sight) = one_light_sample(self.stage, self.spot, &receiver, SampleCost::Full, cut, stream) else {
+            return (mirrored_lm_m2, rays);
+        };
+        let pair = pair(sight.towards);
+        let brought_lx = sight.unshadowed_lx / sight.probability;
+        let lobe = law.lobe_per_sr(&pair) * brought_lx;
+        // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
+        let lobe = match sight.emitter.exitance_lm_m2() {
+            Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
+            None => lobe,
+        };
+        let looked_lm_m2 = PI * (direct * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        (mirrored_lm_m2 + looked_lm_m2, rays + 1)
+    }
+}
+
+/// A place that makes the same of light from everywhere, and its rays.
+pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
+    [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
+}
+
+/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any: only then `start` works out the place,
+/// its normal, and the ray's density per sr and over the cosine.
+#[inline]
+pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
+    let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
+    looks.then(|| {
+        let (point_m, normal, ray_per_sr) = start();
+        Trail::from(point_m, normal, ray_per_sr, chance)
+    })
+}
+
+/// What a place receives from images in mirrors, if there can be any, by its responses; areas are looked for by chance, and beside the
+/// rays that [`trail_from`] tells of.
+#[inline]
+pub fn in_mirrors_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    chance: f64,
+    responses: impl Fn(DVec3) -> [ImageResponse; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let Some(mirrors) = &stage.mirrors else {
+        return (0.0, 0);
+    };
+    let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
+    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
+    if !mirrors.walks_look() {
+        return (points_lx, point_rays);
+    }
+    let (areas_lx, area_rays) = look_for_areas_beside_rays(stage, mirrors, receiver, chance, responses, stream);
+    (points_lx + areas_lx, point_rays + area_rays)
+}
+
+/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]; it counts
+/// with a weight in the walk, which the cache is told.
+#[inline]
+pub(super) fn from_near_lights_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    weight: f64,
+    cache: &mut impl Cache,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let Some(lights) = &stage.near_lights else {
+        return (0.0, 0);
+    };
+    let found = lights.look_back(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
+    cache.told(&WalkEvent::LookedBack { weight, found: &found });
+    (found.lx, found.rays)
+}
