@@ -209,7 +209,7 @@ const UNITS_TO_COME: &[&str] = &[
     "maps/history: squared_error",
     "maps/replicas: direct",
     "maps/scores: variance",
-    "solver/broad: weights",
+    "solver/coarse: weights",
     "solver/job: direct_variance",
     "solver/pilot: variance",
     "solver/portion: direct",

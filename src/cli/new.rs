@@ -222,3 +222,21 @@ fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
     ));
     Ok(Exit::Done)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::KEYS;
+    use crate::scene::type_names;
+
+    /// Notes on keys name every type of material and luminaire.
+    #[test]
+    fn notes_of_a_project_name_all_types() {
+        let line = |key: &str| KEYS.lines().find(|line| line.trim_start().starts_with(key)).unwrap_or_default();
+        for (key, names) in type_names() {
+            for name in names {
+                assert!(line(key).contains(name), "{key}: {name}");
+            }
+        }
+        assert!(!line("materials").contains("velvet"), "the line is looked at");
+    }
+}

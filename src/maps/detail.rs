@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::REPLICAS;
 use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
-use super::pieces::Piece;
+use super::children::ChildElement;
 
 /// Above so many elements what indirect light has beyond quadratic functions is not looked for: it would take too much room.
 const MOST_WITH_PARTS: usize = 50_000;
@@ -59,10 +59,12 @@ impl Detail {
         }
     }
 
-    /// Takes how indirect light varies within broader elements, of which these are pieces.
-    pub fn take_indirect(&mut self, broad: &IndirectDetail, pieces: &[Piece]) {
-        for (slab, broad) in self.indirect.iter_mut().zip(&broad.bends_lx) {
-            slab.iter_mut().zip(pieces).for_each(|(bends, piece)| *bends = piece.bends(broad[piece.above as usize]));
+    /// Takes how indirect light varies within coarser elements, of which these are children.
+    pub fn take_indirect(&mut self, coarse: &IndirectDetail, children: &[ChildElement]) {
+        for (slab, coarse) in self.indirect.iter_mut().zip(&coarse.bends_lx) {
+            slab.iter_mut()
+                .zip(children)
+                .for_each(|(bends, child)| *bends = child.bends(coarse[child.parent as usize]));
         }
     }
 
@@ -74,7 +76,7 @@ impl Detail {
     /// How the light varies within an element, where a unit of its direct and of its indirect sums is worth so much
     /// ([`ReplicaMap::scales`](super::ReplicaMap::scales)), and where the references of both have these slopes.
     ///
-    /// With `apart` indirect light is that of broader elements, which tell themselves what they cannot show of it: here only its
+    /// With `apart` indirect light is that of coarser elements, which tell themselves what they cannot show of it: here only its
     /// product with direct light counts. Of an element that is not `whole`, since something covers a part of it, samples lie unevenly,
     /// and polynomials say nothing: all the variance of direct light is told, and nothing of indirect light.
     pub fn variation(

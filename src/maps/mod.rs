@@ -2,12 +2,12 @@
 
 mod averages;
 pub mod basis;
+mod children;
 mod daylight;
 mod detail;
 mod grid_slopes;
 mod history;
 mod judge;
-mod pieces;
 mod rare_scores;
 mod replicas;
 mod residuals;
@@ -17,12 +17,12 @@ mod stated;
 mod tables;
 
 pub use averages::{RemainingInAverage, remaining_in_averages};
+pub use children::ChildElement;
 pub use daylight::{ComponentMeans, DaylightFactors, NO_SKY_PERCENT, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use grid_slopes::{CellSlopes, grid_slopes};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
-pub use pieces::Piece;
 pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Measured, MeasuredPart, RemainingError, ResidualState, Residuals, half_squares};

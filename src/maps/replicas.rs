@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::basis::{Linear, SLOPES};
-use super::pieces::{Piece, on_pieces};
+use super::children::{ChildElement, on_children};
 use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
@@ -284,12 +284,12 @@ impl ReplicaMap {
         (self.residuals, self.cells_error) = (None, None);
     }
 
-    /// Takes the indirect light of broader elements, of which this map's are pieces.
-    pub fn take_indirect(&mut self, broad: &ReplicaMap, sloped: &[bool], pieces: &[Piece]) {
-        self.indirect_samples = broad.indirect_samples;
-        self.indirect = broad.indirect.iter().map(|slab| on_pieces(slab, sloped, pieces)).collect();
-        self.cells_error = broad.cells_error.as_ref().map(|error| CellsError {
-            by_site_lx: pieces.iter().map(|piece| error.by_site_lx[piece.above as usize]).collect(),
+    /// Takes the indirect light of coarser elements, of which this map's are children.
+    pub fn take_indirect(&mut self, coarse: &ReplicaMap, sloped: &[bool], children: &[ChildElement]) {
+        self.indirect_samples = coarse.indirect_samples;
+        self.indirect = coarse.indirect.iter().map(|slab| on_children(slab, sloped, children)).collect();
+        self.cells_error = coarse.cells_error.as_ref().map(|error| CellsError {
+            by_site_lx: children.iter().map(|child| error.by_site_lx[child.parent as usize]).collect(),
             ..*error
         });
     }

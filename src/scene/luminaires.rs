@@ -72,8 +72,10 @@ pub(super) fn read(
         under_way::reached(number);
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
-        let luminaire = read_one(&item, around, &mut known, warnings)?;
-        match arrays::read(&fields, around.unit)? {
+        let kind = fields.need("type", "\"point\"")?.choice(&TYPES)?;
+        let luminaire = read_one(&item, kind, around, &mut known, warnings)?;
+        let array = if comes_in_arrays(kind) { arrays::read(&fields, around.unit)? } else { None };
+        match array {
             Some(array) if luminaires.len() as u64 + array.len() > MOST_LUMINAIRES => {
                 let expected = format!("at most {} luminaires in a scene with arrays", MOST_LUMINAIRES);
                 return Err(item.refuse("the arrays have too many luminaires", expected, "ask for fewer"));
@@ -97,12 +99,16 @@ pub(super) fn read(
 
 fn read_one(
     node: &Node,
+    kind: usize,
     around: &LuminaireContext,
     known: &mut LuminairesSoFar,
     warnings: &mut Vec<String>,
 ) -> Result<Luminaire, SceneError> {
-    let kind = node.fields("a luminaire")?.need("type", "\"point\"")?.choice(&TYPES)?;
-    let what = format!("{} {} luminaire", if TYPES[kind].starts_with('a') { "an" } else { "a" }, TYPES[kind]);
+    let what = format!(
+        "{} {} luminaire",
+        if TYPES[kind].starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" },
+        TYPES[kind]
+    );
     let fields = node.fields(&what)?;
     fields.only(&keys(kind))?;
     let name = unique_name(&fields, &mut known.names)?;

@@ -101,3 +101,9 @@ pub use standard::{Area, Measure, Requirement, SpaceLimits, StandardEntry};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};
 pub(crate) use units::{LengthUnit, UNIT_NAMES};
 pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
+
+/// Names of the types of materials and of luminaires, each by its key of a scene.
+#[cfg(test)]
+pub(crate) fn type_names() -> [(&'static str, &'static [&'static str]); 2] {
+    [("materials", &materials::TYPES), ("luminaires", &emission::TYPES)]
+}

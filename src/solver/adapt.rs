@@ -3,7 +3,7 @@
 //! Direct light has edges, but little chance: its variation in every element is measured before the run, by a pilot whose
 //! samples enter no result. Indirect light is smooth, but noisy: its variation shows only in the run, for whole sides of
 //! surfaces together; if it is too large there, the map starts anew on finer elements. Where indirect light is gathered, it
-//! has elements of its own ([`super::broad`]), which are cut by what they lose and not by the edges of direct light.
+//! has elements of its own ([`super::coarse`]), which are cut by what they lose and not by the edges of direct light.
 
 mod first;
 
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::first::Cutting;
-use super::broad::{Broad, BroadLoss};
+use super::coarse::{CoarseElements, CoarseLoss};
 use super::context::Context;
 use super::empty_maps::Shows;
 use super::exposure::{Exposure, exposed_shares};
-use super::finer::{corners_within, cuts_of, element_above, reference_on};
+use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
 use crate::estimators::direct::TwoLooks;
@@ -28,7 +28,7 @@ use crate::scene::Elements;
 const MOST_SHARE: f64 = 0.5;
 const AIM_SHARE: f64 = 0.25;
 /// The part of that which indirect light may have, where it is gathered on elements of its own.
-const AIM_OF_BROAD: f64 = 0.15;
+const AIM_OF_COARSE: f64 = 0.15;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
 /// Rounds of cutting in the run at most.
@@ -37,7 +37,7 @@ const RUN_ROUNDS: u32 = 12;
 const MOST_ELEMENTS: usize = 400_000;
 /// Element sides that adapt in a second of a time limit: each takes some 8 µs whatever is computed, and has a tenth of the limit.
 const SIDES_A_SECOND: f64 = 12_500.0;
-/// Bytes of a side that adapts and gathers at the peak of a run: sums of 16 replicas with slopes, the same on the broader elements, and what
+/// Bytes of a side that adapts and gathers at the peak of a run: sums of 16 replicas with slopes, the same on the coarser elements, and what
 /// tells how light varies within both (`docs/performance.md`). They may take half of the memory.
 pub const BYTES_OF_A_SIDE: u64 = 6700;
 /// The loss must be known this many standard errors above what is allowed to start anew.
@@ -74,7 +74,7 @@ pub struct Loss {
     /// Standard error of that.
     pub standard_error_lx2: f64,
     /// Of it what the elements lose that indirect light is gathered on.
-    broad: BroadLoss,
+    coarse: CoarseLoss,
 }
 
 /// Rays of the samples that a map has.
@@ -90,8 +90,8 @@ pub struct Spent {
 pub struct Looked<'a> {
     pub elements: &'a Elements,
     pub map: &'a ReplicaMap,
-    /// What indirect light is gathered on, where that is broader.
-    pub broad: Option<&'a Broad>,
+    /// What indirect light is gathered on, where that is coarser.
+    pub coarse: Option<&'a CoarseElements>,
     pub loss: &'a Loss,
     pub mean_lx: f64,
     pub spent: Spent,
@@ -102,7 +102,7 @@ pub struct Refined {
     /// Those of the map with what is kept of them, where these are others than before.
     pub elements: Option<(Elements, Adaptive)>,
     /// Those that indirect light is gathered on, where these are others.
-    pub broad: Option<Broad>,
+    pub coarse: Option<CoarseElements>,
 }
 
 /// Elements of a scene up to which they adapt, under a time limit and in so much memory; more stay as the scene gives them.
@@ -150,22 +150,23 @@ impl Adaptive {
         elements: &Elements,
         areas_m2: &[f64],
         map: &ReplicaMap,
-        broad: Option<&Broad>,
+        coarse: Option<&CoarseElements>,
     ) -> Loss {
         let variations: Vec<Variation> =
-            (0..elements.len()).into_par_iter().map(|index| self.variation(map, index, broad.is_some())).collect();
+            (0..elements.len()).into_par_iter().map(|index| self.variation(map, index, coarse.is_some())).collect();
         let sides = SideLosses::of(context, elements, areas_m2, self.shows(), &variations);
-        let mut loss = Loss { broad: broad.map(|broad| broad.loss(context)).unwrap_or_default(), ..Loss::default() };
-        let (mut sum_lx2_m2, mut variance) = (loss.broad.sum_lx2_m2, loss.broad.variance);
+        let mut loss =
+            Loss { coarse: coarse.map(|coarse| coarse.loss(context)).unwrap_or_default(), ..Loss::default() };
+        let (mut sum_lx2_m2, mut variance) = (loss.coarse.sum_lx2_m2, loss.coarse.variance);
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            // Of one that is covered in part only the broad element above it can tell, where there is one.
-            let smooth_lx2 = match broad {
+            // Of one that is covered in part only the coarse element above it can tell, where there is one.
+            let smooth_lx2 = match coarse {
                 Some(_) if self.exposed[index] < 1.0 => 0.0,
                 _ => sides.lx2(context, elements, index, *area_m2, self.shows()),
             };
-            let above = broad.map(|broad| broad.pieces[index].above as usize);
-            let of_broad_lx2 = above.map_or(0.0, |above| loss.broad.lost_lx2[above]);
-            loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2 + of_broad_lx2);
+            let parent = coarse.map(|coarse| coarse.children[index].parent as usize);
+            let of_coarse_lx2 = parent.map_or(0.0, |parent| loss.coarse.lost_lx2[parent]);
+            loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2 + of_coarse_lx2);
             loss.sure_lx2.push((variation.direct_lx2 - variation.direct_noise.sqrt()).max(0.0) + smooth_lx2.max(0.0));
             sum_lx2_m2 += area_m2 * (variation.direct_lx2 + smooth_lx2);
             variance += area_m2 * area_m2 * noise_of(variation, self.sloped[index]);
@@ -186,29 +187,31 @@ impl Adaptive {
     ///
     /// `rays_to` tells how many rays more bring chance down to an error in lx.
     pub fn refined(&self, context: &Context, looked: &Looked, rays_to: impl Fn(f64) -> f64) -> Option<Refined> {
-        let Looked { elements, map, broad, loss, mean_lx, spent } = *looked;
+        let Looked { elements, map, coarse, loss, mean_lx, spent } = *looked;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        let rounds = self.rounds.max(broad.map_or(0, |broad| broad.shape.rounds));
+        let rounds = self.rounds.max(coarse.map_or(0, |coarse| coarse.shape.rounds));
         if rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
             return None;
         }
-        let of_broad = if broad.is_some() { AIM_OF_BROAD } else { 0.0 };
-        let goal_lx2 = (AIM_SHARE - of_broad) * target_lx2;
+        let of_coarse = if coarse.is_some() { AIM_OF_COARSE } else { 0.0 };
+        let goal_lx2 = (AIM_SHARE - of_coarse) * target_lx2;
         let cuts = cuts_of(context, elements, loss.sure_lx2.iter().copied(), goal_lx2, MOST_ELEMENTS);
-        let broad_cuts = broad.map(|broad| broad.cuts(context, &loss.broad, of_broad * target_lx2, MOST_ELEMENTS));
+        let coarse_cuts =
+            coarse.map(|coarse| coarse.cuts(context, &loss.coarse, of_coarse * target_lx2, MOST_ELEMENTS));
         let mut finer = elements.cut(|element| cuts[element as usize]);
-        let finer_broad =
-            broad.zip(broad_cuts).map(|(broad, cuts)| broad.elements.cut(|element| cuts[element as usize]));
-        if let Some(finer_broad) = &finer_broad {
-            finer = finer.cut_like(finer_broad);
+        let finer_coarse =
+            coarse.zip(coarse_cuts).map(|(coarse, cuts)| coarse.elements.cut(|element| cuts[element as usize]));
+        if let Some(finer_coarse) = &finer_coarse {
+            finer = finer.cut_like(finer_coarse);
         }
-        let finer_broad = finer_broad.filter(|finer| broad.is_some_and(|broad| broad.elements.len() < finer.len()));
+        let finer_coarse =
+            finer_coarse.filter(|finer| coarse.is_some_and(|coarse| coarse.elements.len() < finer.len()));
         // Going on as they are, what chance may have is less; starting anew, what was done is lost.
         let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
         let chance_lx = |share: f64| (target_lx2 * (1.0 - share)).sqrt();
         let times = |finer: usize, before: usize| finer as f64 / before.max(1) as f64;
-        let lost_rays = match (broad, &finer_broad) {
-            (Some(broad), Some(finer)) => spent.gathered * times(finer.len(), broad.elements.len()),
+        let lost_rays = match (coarse, &finer_coarse) {
+            (Some(coarse), Some(finer)) => spent.gathered * times(finer.len(), coarse.elements.len()),
             (Some(_), None) => 0.0,
             (None, _) => spent.gathered * times(finer.len(), elements.len()),
         };
@@ -218,34 +221,34 @@ impl Adaptive {
         }
         let adaptive = (finer.len() > elements.len()).then(|| self.on_finer(context, elements, &finer, map));
         let refined = Refined {
-            broad: broad.zip(finer_broad).map(|(broad, finer_broad)| {
+            coarse: coarse.zip(finer_coarse).map(|(coarse, finer_coarse)| {
                 let exposed = adaptive.as_ref().map_or(&self.exposed, |adaptive| &adaptive.exposed);
-                broad.cut(context, finer_broad, &finer, exposed)
+                coarse.cut(context, finer_coarse, &finer, exposed)
             }),
             elements: adaptive.map(|adaptive| (finer, adaptive)),
         };
-        (refined.elements.is_some() || refined.broad.is_some()).then_some(refined)
+        (refined.elements.is_some() || refined.coarse.is_some()).then_some(refined)
     }
 
     /// What is kept of finer elements, from what these have shown.
     fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
-        let above: Vec<u32> = (0..finer.len() as u32).map(|index| element_above(elements, finer, index)).collect();
-        let was_cut = |index: usize| finer.element(index as u32).cuts() > elements.element(above[index]).cuts();
+        let parents: Vec<u32> = (0..finer.len() as u32).map(|index| parent_of(elements, finer, index)).collect();
+        let was_cut = |index: usize| finer.element(index as u32).cuts() > elements.element(parents[index]).cuts();
         let (exposed, pilot_rays) = exposed_shares(context, finer, 0..finer.len(), |index| {
-            let before = self.exposed[above[index as usize] as usize];
+            let before = self.exposed[parents[index as usize] as usize];
             if before == 0.0 || !was_cut(index as usize) { Exposure::Known(before) } else { Exposure::Unknown }
         });
-        let is_sloped = |(index, above): (usize, &u32)| {
+        let is_sloped = |(index, parent): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
-            exposed[index] == 1.0 && (self.sloped[*above as usize] || was_cut(index))
+            exposed[index] == 1.0 && (self.sloped[*parent as usize] || was_cut(index))
         };
-        let references = |(index, above): (usize, &u32)| {
-            let corners = corners_within(elements, finer, index as u32, *above);
-            map.parts_lx(*above as usize).map(|part| reference_on(Linear(part), corners, exposed[index]))
+        let references = |(index, parent): (usize, &u32)| {
+            let corners = corners_within(elements, finer, index as u32, *parent);
+            map.parts_lx(*parent as usize).map(|part| reference_on(Linear(part), corners, exposed[index]))
         };
         Adaptive {
-            sloped: above.iter().enumerate().map(is_sloped).collect(),
-            references_lx: above.iter().enumerate().map(references).collect(),
+            sloped: parents.iter().enumerate().map(is_sloped).collect(),
+            references_lx: parents.iter().enumerate().map(references).collect(),
             exposed: exposed.clone(),
             detail: Detail::new(finer.len()),
             rounds: self.rounds + 1,
@@ -254,12 +257,12 @@ impl Adaptive {
         }
     }
 
-    /// Shows slopes wherever the broad elements do that indirect light is gathered on, and compares with what these do.
-    pub fn stand_on(&mut self, broad: &Broad) {
-        for (site, piece) in broad.pieces.iter().enumerate() {
+    /// Shows slopes wherever the coarse elements do that indirect light is gathered on, and compares with what these do.
+    pub fn stand_on(&mut self, coarse: &CoarseElements) {
+        for (site, child) in coarse.children.iter().enumerate() {
             let whole = self.exposed[site] == 1.0;
-            self.sloped[site] |= whole && broad.shows_slopes(site);
-            let Linear([mean, first, second]) = piece.on(&broad.shape.references_lx[piece.above as usize]);
+            self.sloped[site] |= whole && coarse.shows_slopes(site);
+            let Linear([mean, first, second]) = child.on(&coarse.shape.references_lx[child.parent as usize]);
             self.references_lx[site][1] = Linear(if whole { [mean, first, second] } else { [mean, 0.0, 0.0] });
         }
     }

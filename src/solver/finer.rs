@@ -32,7 +32,7 @@ pub fn cuts_of(
 }
 
 /// The element from which one of the finer ones was cut.
-pub fn element_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
+pub fn parent_of(elements: &Elements, finer: &Elements, index: u32) -> u32 {
     let element = finer.element(index);
     let [a, b, c] = finer.corners(&element);
     let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
@@ -40,8 +40,8 @@ pub fn element_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
 }
 
 /// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
-pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
-    let [a, b, c] = elements.corners(&elements.element(above));
+pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, parent: u32) -> [[f64; 2]; 3] {
+    let [a, b, c] = elements.corners(&elements.element(parent));
     let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
     let inverse = 1.0 / (p[0] * q[1] - p[1] * q[0]);
     finer.corners(&finer.element(index)).map(|corner| {
@@ -50,7 +50,7 @@ pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: 
     })
 }
 
-/// A function on a piece of its element as what samples are compared with there: constant where only a share of it is exposed,
+/// A function on a child of its element as what samples are compared with there: constant where only a share of it is exposed,
 /// since samples do not lie evenly in it then.
 pub fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
     let Linear([mean, first, second]) = function.on_piece(corners);

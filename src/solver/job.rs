@@ -401,8 +401,8 @@ impl Job {
         self.direct_variance = self.map.direct_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adapting.adaptive {
-            let broad = self.adapting.broad.as_ref();
-            self.adapting.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
+            let coarse = self.adapting.coarse.as_ref();
+            self.adapting.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, coarse);
             let lost_lx2 = self.adapting.loss.mean_lx2.max(0.0) + self.adapting.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }

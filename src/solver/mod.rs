@@ -2,8 +2,8 @@
 
 mod adapt;
 mod allotment;
-mod broad;
 mod choice;
+mod coarse;
 mod context;
 mod empty_maps;
 mod ends;

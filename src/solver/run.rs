@@ -4,6 +4,7 @@ mod clock;
 mod cutting;
 mod expectations;
 mod forecast;
+mod history;
 mod keeping;
 mod kept;
 mod long_over;

@@ -87,10 +87,10 @@ fn remaining_in_averages_lx<'a>(
     let gathered = job.gathered();
     let known = gathered.residuals.as_ref().filter(|residuals| residuals.walks > 0).zip(gathered.cells_error.as_ref());
     let Some((residuals, error)) = known else { return vec![None; rows.len()] };
-    let of_row = |entries: &[usize]| match &job.adapting.broad {
-        Some(broad) => {
-            let sites: BTreeSet<usize> = entries.iter().map(|entry| broad.pieces[*entry].above as usize).collect();
-            RemainingInAverage::of(residuals, error, sites.into_iter().map(|site| (site, broad.weights[site])))
+    let of_row = |entries: &[usize]| match &job.adapting.coarse {
+        Some(coarse) => {
+            let sites: BTreeSet<usize> = entries.iter().map(|entry| coarse.children[*entry].parent as usize).collect();
+            RemainingInAverage::of(residuals, error, sites.into_iter().map(|site| (site, coarse.weights[site])))
         }
         None => {
             let weight = |entry: &usize| (*entry, job.weights[*entry] * exposed(*entry));

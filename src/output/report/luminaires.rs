@@ -170,14 +170,15 @@ fn product_markup(luminaire: &Luminaire) -> String {
     if words.is_empty() { words } else { format!("<br><small>{}</small>", escaped(&words)) }
 }
 
-/// Size of a luminous opening: along C0, along C90, and its height where it has one.
+/// Size of a luminous opening: along C0, along C90 and along the axis, as far as it extends; what is round has a diameter.
 fn opening_words(opening: &Opening) -> String {
-    match *opening {
-        Opening::Rectangle { c0_m, c90_m } => say!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
-        Opening::Box { c0_m, c90_m, height_m } => {
-            say!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
+    let extents_m: Vec<f64> = opening.extents_m().into_iter().filter(|extent_m| *extent_m > 0.0).collect();
+    match (opening, &extents_m[..]) {
+        (Opening::Disk { diameter_m } | Opening::Sphere { diameter_m }, _) => {
+            say!("opening {} m across", ratio(*diameter_m))
         }
-        Opening::Disk { diameter_m } => say!("opening {} m across", ratio(diameter_m)),
+        (_, [one_m, other_m]) => say!("opening {} × {} m", ratio(*one_m), ratio(*other_m)),
+        (_, [c0_m, c90_m, height_m]) => say!("opening {} × {} × {} m", ratio(*c0_m), ratio(*c90_m), ratio(*height_m)),
         _ => String::new(),
     }
 }

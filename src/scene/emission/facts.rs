@@ -21,8 +21,10 @@ pub struct EmissionFacts<'a> {
     pub intensity_cd: Option<f64>,
     pub exitance_lm_m2: Option<f64>,
     pub surfaces: &'a [u32],
+    /// Its own luminous opening, which has an extent and is met by no ray.
     pub opening: Option<Opening>,
     pub is_black_ball: bool,
+    /// Of daylight: where it enters the scene.
     pub openings: Option<&'a Openings>,
 }
 

@@ -15,7 +15,7 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::solver::context::Context;
 use crate::solver::exposure::{Exposure, exposed_shares};
-use crate::solver::finer::{cuts_of, element_above};
+use crate::solver::finer::{cuts_of, parent_of};
 use crate::solver::pace::TimeLeft;
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
@@ -120,7 +120,7 @@ impl Cutting {
 
     fn is_sloped(&self, context: &Context, index: usize) -> bool {
         let (looks, edge_m) = (&self.looks[index], (2.0 * self.area_m2(context, index)).sqrt());
-        // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
+        // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more children.
         let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
         looks.exposed == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
     }
@@ -175,9 +175,9 @@ impl Cutting {
         }
         let finer = self.elements.cut(|element| cuts[element as usize]);
         let looks_of = |index: u32| {
-            let above = element_above(&self.elements, &finer, index);
-            let kept = finer.element(index) == self.elements.element(above);
-            if kept { self.looks[above as usize] } else { DirectLooks::default() }
+            let parent = parent_of(&self.elements, &finer, index);
+            let kept = finer.element(index) == self.elements.element(parent);
+            if kept { self.looks[parent as usize] } else { DirectLooks::default() }
         };
         self.looks = (0..finer.len() as u32).map(looks_of).collect();
         (self.elements, self.round, self.done) = (finer, self.round + 1, 0);

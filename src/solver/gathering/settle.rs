@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{CellSets, GatheringProgress};
 use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
 use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
-use crate::solver::broad::Shape;
+use crate::solver::coarse::Shape;
 use crate::solver::guide::Guide;
 
 impl GatheringProgress {

@@ -30,22 +30,22 @@ impl Job {
             let looked = Looked {
                 elements: &self.elements,
                 map: &self.map,
-                broad: self.adapting.broad.as_ref(),
+                coarse: self.adapting.coarse.as_ref(),
                 loss: &self.adapting.loss,
                 mean_lx: self.judgement.mean_lx,
                 spent: Spent { direct, gathered: self.kept_rays() as f64 - direct },
             };
             adaptive.refined(context, &looked, |error_lx| self.rays_to_chance(error_lx))
         });
-        let Some(Refined { elements, broad }) = refined else {
+        let Some(Refined { elements, coarse }) = refined else {
             return Refinement::None;
         };
         self.adapting.before_cut = self.before_cut(context);
         self.forget_looks();
         let found =
-            if broad.is_some() || self.adapting.broad.is_none() { Refinement::Anew } else { Refinement::OfDirect };
-        if let Some(broad) = broad {
-            self.adapting.broad = Some(broad);
+            if coarse.is_some() || self.adapting.coarse.is_none() { Refinement::Anew } else { Refinement::OfDirect };
+        if let Some(coarse) = coarse {
+            self.adapting.coarse = Some(coarse);
         }
         if let Some((elements, adaptive)) = elements {
             self.work.pilot_rays += adaptive.pilot_rays;
@@ -98,7 +98,7 @@ impl Job {
         }
         let pilot_rays = self.work.pilot_rays - cutting.rays();
         // Two maps at a time may not fit into memory.
-        (self.map, self.adapting.broad) = (ReplicaMap::new(0, Unit::Lux), None);
+        (self.map, self.adapting.coarse) = (ReplicaMap::new(0, Unit::Lux), None);
         let (elements, adaptive) = cutting.end(context);
         let (map, weights) = element_map(context, &elements, Some(adaptive.shows()));
         *self = Job::new(context, self.kind, elements, Some(adaptive), map, weights, self.bound);
@@ -127,14 +127,14 @@ impl Job {
 
     /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
     fn keep_gathered(&mut self, context: &Context) -> Refinement {
-        let (Some(broad), Some(adaptive)) = (&mut self.adapting.broad, &mut self.adapting.adaptive) else {
+        let (Some(coarse), Some(adaptive)) = (&mut self.adapting.coarse, &mut self.adapting.adaptive) else {
             return Refinement::Anew;
         };
-        if !broad.lay_under(context, &self.elements, &adaptive.exposed) {
-            *broad = broad.cut(context, broad.elements.clone(), &self.elements, &adaptive.exposed);
+        if !coarse.lay_under(context, &self.elements, &adaptive.exposed) {
+            *coarse = coarse.cut(context, coarse.elements.clone(), &self.elements, &adaptive.exposed);
             return Refinement::Anew;
         }
-        adaptive.stand_on(broad);
+        adaptive.stand_on(coarse);
         self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         self.map.indirect_unit_lx = Unit::Lux;
         Refinement::OfDirect
@@ -160,8 +160,8 @@ impl Job {
         if self.kind == MapKind::Elements {
             self.elements.take_numbering(of_scene);
         }
-        if let Some(broad) = &mut self.adapting.broad {
-            broad.elements.take_numbering(of_scene);
+        if let Some(coarse) = &mut self.adapting.coarse {
+            coarse.elements.take_numbering(of_scene);
         }
     }
 

@@ -17,18 +17,21 @@ const RAYS_OF_AN_ENTRY: f64 = 1.0;
 const SHARE_OF_GLANCES: f64 = 0.01;
 /// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
 const SHARE_OF_CHANCE: f64 = 0.75;
-/// Standard deviations of the logarithm of the work, by a pilot of walks or chains, by one of cells, by a look at walks or chains and by
-/// one at counts (beside what its own chance tells), by a plan (of what is left, likewise), where a check has refused the map (of all
-/// work), and where elements are to be cut.
-///
-/// These, and what follows, were measured in the rooms of even seeds of the proving ground to 3 and 1 %. In some, cells are far better
-/// than a pilot of walks can tell.
+// Standard deviations of the logarithm of the work, by what it is told. These, and what follows, were measured in the rooms of even seeds of
+// the proving ground to 3 and 1 %.
+/// Told by a pilot of walks or chains.
 const DEVIATION_BY_PILOT: f64 = 0.5;
+/// Told by a pilot of walks, of a map that is to gather: in some rooms cells are far better than walks can tell.
 const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.7;
+/// Told by a look at walks or chains, beside the look's own chance.
 const DEVIATION_OF_LOOK: f64 = 0.15;
+/// Told by a look at counts, beside the look's own chance.
 const DEVIATION_OF_COUNTS: f64 = 0.05;
+/// Told by the plan of a map that gathers, of the work that is left.
 const DEVIATION_OF_PLAN: f64 = 0.3;
+/// Of all work, where a check has refused the map.
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
+/// Where elements are to be cut.
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 /// Powers of the work with which errors fall: of walks and connections from quasi-random points, and of what gathers (to a look, where
 /// cells grow with the rays), and their standard deviation among maps.
@@ -247,9 +250,9 @@ impl Job {
             _ if error_lx <= 0.0 => return None,
             _ if self.is_to_be_cut() => {
                 let without = self.rays_without_gathering(context, error_lx);
-                // Broad elements are there where the map may gather.
+                // Coarse elements are there where the map may gather.
                 let by_gathering =
-                    self.adapting.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
+                    self.adapting.coarse.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
                 (without.min(by_gathering), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
             (_, Engine::Gather) => {

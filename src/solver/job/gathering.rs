@@ -7,7 +7,7 @@ use crate::control::{GatheringGrowth, GatheringParts, KINDS};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
-use crate::solver::broad::Broad;
+use crate::solver::coarse::CoarseElements;
 use crate::solver::context::Context;
 use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
 use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
@@ -51,9 +51,9 @@ const DIRECT_SHARE: f64 = 0.3;
 const MOST_GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 1.1;
 
-/// Broad elements that gather for those that adapt at first, at an error of 1 %, and at least.
-const BROAD_AT_ONE_PERCENT: f64 = 200.0;
-const FEWEST_BROAD: f64 = 128.0;
+/// Coarse elements that gather for those that adapt at first, at an error of 1 %, and at least.
+const COARSE_AT_ONE_PERCENT: f64 = 200.0;
+const FEWEST_COARSE: f64 = 128.0;
 /// Share of the squared target that chance is planned for at least, however much elements cannot show.
 const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
@@ -70,26 +70,26 @@ pub struct GatheringGoal {
     pub walks: u64,
 }
 
-/// What gathers: the elements or points of a map, or the broader elements that gather for those that adapt.
+/// What gathers: the elements or points of a map, or the coarser elements that gather for those that adapt.
 fn gatherer_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
     given: (&'a Elements, &'a [f64]),
-    broad: Option<&'a Broad>,
+    coarse: Option<&'a CoarseElements>,
 ) -> Gatherer<'a> {
-    Gatherer { starts: starts_of(context, kind, given, broad), slopes: broad.is_some() }
+    Gatherer { starts: starts_of(context, kind, given, coarse), slopes: coarse.is_some() }
 }
 
-/// Where rays and walks start: in the elements or points of a map, or in the broader elements that gather for those that adapt.
+/// Where rays and walks start: in the elements or points of a map, or in the coarser elements that gather for those that adapt.
 pub(super) fn starts_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
     (elements, exposed): (&'a Elements, &'a [f64]),
-    broad: Option<&'a Broad>,
+    coarse: Option<&'a CoarseElements>,
 ) -> Starts<'a> {
     let given = Starts { context, kind, elements, exposed, as_wholes: true, number: kind.number() };
-    match broad {
-        Some(Broad { elements, exposed, shape, .. }) => {
+    match coarse {
+        Some(CoarseElements { elements, exposed, shape, .. }) => {
             Starts { elements, exposed, as_wholes: false, number: shape.stream_number(), ..given }
         }
         None => given,
@@ -115,7 +115,7 @@ impl Job {
         finds_all && counts && !self.black && !self.is_seen(context)
     }
 
-    /// Makes ready for gathering, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
+    /// Makes ready for gathering, for an error: elements that adapt get coarser ones, and a pilot tells of walks from elements.
     pub fn prepare_gathering(&mut self, context: &Context, error: f64) {
         // Before elements are cut nothing is known to cover them: so much is enough for a forecast.
         let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
@@ -124,16 +124,16 @@ impl Job {
             None => self.is_to_be_cut().then_some((context.target_error, &uncovered)),
         };
         if let Some((target_error, exposed)) = adapts_to {
-            let elements = (BROAD_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_BROAD);
+            let elements = (COARSE_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_COARSE);
             let edge_m = (2.0 * context.stage.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
-            self.adapting.broad =
-                Some(Broad::first(context, &self.elements, exposed, edges_m, self.costs.indirect.mean_lx));
+            self.adapting.coarse =
+                Some(CoarseElements::first(context, &self.elements, exposed, edges_m, self.costs.indirect.mean_lx));
         }
         if self.kind == MapKind::Elements {
-            let broad = self.adapting.broad.as_ref();
+            let coarse = self.adapting.coarse.as_ref();
             let (elements, exposed) =
-                broad.map_or((&self.elements, &[][..]), |broad| (&broad.elements, &broad.exposed));
+                coarse.map_or((&self.elements, &[][..]), |coarse| (&coarse.elements, &coarse.exposed));
             let numbers = numbers_per_site(self.gathered_weights(), self.gathered().len());
             self.costs.walked = walk_cost_in_elements(context, elements, exposed).times(numbers);
             self.work.pilot_rays += self.costs.walked.pilot_rays;
@@ -145,14 +145,14 @@ impl Job {
         self.costs.walked.rays
     }
 
-    /// What holds its indirect light: its own map, or that of broader elements.
+    /// What holds its indirect light: its own map, or that of coarser elements.
     pub fn gathered(&self) -> &ReplicaMap {
-        self.adapting.broad.as_ref().map_or(&self.map, |broad| &broad.map)
+        self.adapting.coarse.as_ref().map_or(&self.map, |coarse| &coarse.map)
     }
 
     /// Areas or weights of all entries of [`Job::gathered`].
     fn gathered_weights(&self) -> &[f64] {
-        self.adapting.broad.as_ref().map_or(&self.weights, |broad| &broad.weights)
+        self.adapting.coarse.as_ref().map_or(&self.weights, |coarse| &coarse.weights)
     }
 
     /// Work by cells to an error, in rays, by what the pilot measured of walks.
@@ -231,21 +231,21 @@ impl Job {
     /// Begins anew on the elements that there are now; cells stay.
     pub fn begin_gathering(&mut self, context: &Context) {
         self.map.indirect_unit_lx = Unit::Lux;
-        if let (Some(broad), Some(adaptive)) = (&self.adapting.broad, &mut self.adapting.adaptive) {
-            adaptive.stand_on(broad);
+        if let (Some(coarse), Some(adaptive)) = (&self.adapting.coarse, &mut self.adapting.adaptive) {
+            adaptive.stand_on(coarse);
             self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         }
         self.look_for_cover(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
         let gatherer =
-            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
+            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.coarse.as_ref());
         let places: Vec<_> = (0..sites).map(|entry| gatherer.starts.middle(entry)).collect();
         let regions = regions_of(&places);
         self.gathering.progress = Some(match &self.gathering.progress {
             Some(progress) => progress.anew(&gatherer, &regions, walkers),
             None => GatheringProgress::new(&gatherer, &regions, walkers),
         });
-        let map = self.adapting.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
+        let map = self.adapting.coarse.as_mut().map_or(&mut self.map, |coarse| &mut coarse.map);
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
@@ -254,7 +254,7 @@ impl Job {
         let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
         let gatherer =
-            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.broad.as_ref());
+            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.coarse.as_ref());
         let Some(progress) = &mut self.gathering.progress else {
             return true;
         };
@@ -291,7 +291,7 @@ impl Job {
 
     /// Goes over to walks or counting; direct light stays as far as it is.
     pub fn stop_gathering(&mut self, context: &Context) {
-        (self.gathering.progress, self.gathering.growth, self.adapting.broad) = (None, None, None);
+        (self.gathering.progress, self.gathering.growth, self.adapting.coarse) = (None, None, None);
         self.map.forget_gathered();
         self.map.forget_indirect_scores();
         if self.kind == MapKind::Elements {
@@ -313,11 +313,11 @@ impl Job {
         let (Some(sets), Some(progress)) = (sets, &mut self.gathering.progress) else {
             return;
         };
-        match (&mut self.adapting.broad, &mut self.adapting.adaptive) {
-            (Some(broad), Some(adaptive)) => {
-                progress.settle(sets, &mut broad.map, &broad.weights, Some(&mut broad.shape));
-                self.map.take_indirect(&broad.map, &broad.sloped, &broad.pieces);
-                adaptive.detail.take_indirect(&broad.shape.detail, &broad.pieces);
+        match (&mut self.adapting.coarse, &mut self.adapting.adaptive) {
+            (Some(coarse), Some(adaptive)) => {
+                progress.settle(sets, &mut coarse.map, &coarse.weights, Some(&mut coarse.shape));
+                self.map.take_indirect(&coarse.map, &coarse.sloped, &coarse.children);
+                adaptive.detail.take_indirect(&coarse.shape.detail, &coarse.children);
             }
             _ => progress.settle(sets, &mut self.map, &self.weights, None),
         }

@@ -11,7 +11,7 @@ use crate::estimators::neighbours::Sharing;
 use crate::maps::{History, Judgement, StatisticalCheck};
 use crate::solver::adapt::{Adaptive, Cutting, Loss};
 use crate::solver::allotment::Allotment;
-use crate::solver::broad::Broad;
+use crate::solver::coarse::CoarseElements;
 use crate::solver::gathering::GatheringProgress;
 use crate::solver::local::LocalPlan;
 use crate::solver::pace::SliceSizes;
@@ -99,7 +99,7 @@ pub struct AdaptingState {
     #[serde(skip)]
     pub cutting: Option<Box<Cutting>>,
     /// The elements that gather indirect light for those that adapt.
-    pub broad: Option<Broad>,
+    pub coarse: Option<CoarseElements>,
     /// What adaptive elements cannot show, by the latest look.
     pub loss: Loss,
     /// Whether they cannot show what the target asks for, and can be cut no further.

@@ -1,27 +1,13 @@
-//! How a run stands, and what it is still to take.
+//! What a run is still to take.
 
-use super::progress::{Progress, SlowestMap};
-use super::standing::may_look_at_all;
+use super::progress::SlowestMap;
 use super::state::{FIRST_LOOK_RAYS, Run};
 use crate::control::Forecast;
-use crate::solver::ConvergenceRow;
 use crate::solver::job::{Hindrance, Job};
 use crate::solver::sparse::rays_to_fill;
 
-/// Share of the forecast run, and of the rays so far, after which its history has another row, whether a map was judged or not: whichever
-/// is less, since early forecasts may be far too long.
-const STEP_OF_ROWS: f64 = 0.02;
-const GROWTH_OF_ROWS: f64 = 0.1;
-
 /// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
 const DEVIATION_OF_UNBOUND: f64 = 0.3;
-
-/// What all maps are looked at for.
-#[derive(Clone, Copy)]
-enum Looking {
-    ToTell,
-    ToRecord,
-}
 
 /// Work that is left to do.
 #[derive(Default)]
@@ -30,7 +16,7 @@ pub(super) struct WorkLeft {
     /// Rays that were timed, and the seconds that these will take.
     timed: (f64, f64),
     /// The map that takes the most of it, and its rays.
-    slowest: Option<(SlowestMap, f64)>,
+    pub slowest: Option<(SlowestMap, f64)>,
 }
 
 impl WorkLeft {
@@ -48,87 +34,6 @@ impl WorkLeft {
 }
 
 impl Run<'_> {
-    /// Adds a row to the history: where a map was judged, and every so often.
-    pub(super) fn record(&mut self, judged: bool) {
-        let is_due = match self.convergence.last() {
-            Some(last) => {
-                let step = (STEP_OF_ROWS * last.forecast_rays.expected).min(GROWTH_OF_ROWS * last.rays as f64);
-                self.all_rays() as f64 >= last.rays as f64 + step
-            }
-            None => true,
-        };
-        let rays = self.all_rays();
-        if !(judged || is_due) || !may_look_at_all(self.jobs.len(), rays, self.looked_at[Looking::ToRecord as usize]) {
-            return;
-        }
-        self.looked_at[Looking::ToRecord as usize] = Some(rays);
-        let affordable = rays as f64 / self.convergence.len().max(1) as f64;
-        for job in self.jobs.iter_mut().filter(|job| job.bound) {
-            job.glance(affordable);
-        }
-        self.standing.forget();
-        let row = self.convergence_row();
-        self.convergence.extend(row);
-    }
-
-    /// Tells how the run stands.
-    pub(super) fn tell(&mut self) {
-        let (rays, last) = (self.all_rays(), Looking::ToTell as usize);
-        if may_look_at_all(self.jobs.len(), rays, self.looked_at[last]) {
-            self.looked_at[last] = Some(rays);
-            self.observer.progress(&self.progress());
-        }
-    }
-
-    /// The last row: what it came to.
-    pub(super) fn record_end(&mut self) {
-        let Some(row) = self.convergence_row() else {
-            return;
-        };
-        let (rays, wall_s) = (Forecast::known(row.rays as f64), Forecast::known(row.wall_s));
-        self.convergence.push(ConvergenceRow { forecast_rays: rays, forecast_wall_s: wall_s, ..row });
-    }
-
-    /// How the run stands as a row of its history; none as long as nothing is known of a bound map's error.
-    fn convergence_row(&self) -> Option<ConvergenceRow> {
-        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
-        let bound = || self.jobs.iter().filter(|job| job.bound && !job.map.is_empty());
-        let errors = bound().filter_map(|job| job.error_so_far(self.context));
-        let error = errors.max_by(|a, b| a.estimated.total_cmp(&b.estimated))?;
-        let (left, remaining_s) = self.remaining(rays, wall_s).unwrap_or_default();
-        Some(ConvergenceRow {
-            wall_s,
-            rays,
-            chains: self.jobs.iter().map(Job::chains).sum::<u64>(),
-            error,
-            judged: bound().all(Job::is_judged),
-            forecast_rays: Forecast::known(rays as f64).plus(left.rays),
-            forecast_wall_s: Forecast::known(wall_s).plus(remaining_s),
-        })
-    }
-
-    /// How the run stands, with a forecast where a target, chains or a limit end it.
-    pub(super) fn progress(&self) -> Progress {
-        let judged = || self.jobs.iter().filter(|job| job.bound && job.has_been_judged());
-        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
-        let remaining = self.remaining(rays, wall_s);
-        let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| wall_s / limit_s);
-        let rays_left = remaining.as_ref().map_or(f64::INFINITY, |(left, _)| left.rays.expected);
-        let work_fraction = rays as f64 / (rays as f64 + rays_left).max(1.0);
-        let errors = judged().filter_map(|job| job.error_so_far(self.context)).map(|error| error.estimated);
-        Progress {
-            estimated_error: errors.reduce(f64::max),
-            target_error: self.target_error,
-            chains: self.jobs.iter().map(Job::chains).sum::<u64>(),
-            rays,
-            forecast_rays: remaining.as_ref().map(|(left, _)| Forecast::known(rays as f64).plus(left.rays)),
-            remaining_s: remaining.as_ref().map(|(_, seconds)| *seconds),
-            slowest_map: remaining.and_then(|(left, _)| left.slowest).map(|(name, _)| name),
-            fraction: work_fraction.max(time_fraction).min(1.0),
-            wall_s,
-        }
-    }
-
     /// Rays and seconds to the end, whichever rule brings it; none where only the user does.
     pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(WorkLeft, Forecast)> {
         let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));

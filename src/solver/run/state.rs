@@ -34,6 +34,7 @@ const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
 /// Cells, and what maps have gathered, may take one part in so many of the memory: solving for their light takes as much again.
 pub const SHARE_OF_MEMORY: u64 = 8;
+
 /// A run between its beginning and its end.
 pub struct Run<'a> {
     pub context: &'a Context<'a>,
@@ -52,12 +53,14 @@ pub struct Run<'a> {
     pub clock: Clock,
     /// How far its maps are.
     pub standing: Standing,
-    /// Rays after which all maps were last looked at, to tell of the run and to record it.
-    pub looked_at: [Option<u64>; 2],
+    /// Rays after which the observer was last told how it stands.
+    pub told_at: Option<u64>,
+    /// Rays after which its history last had a row.
+    pub recorded_at: Option<u64>,
 }
 
 impl<'a> Run<'a> {
-    /// Of which nothing is done yet; its cells, and what maps gather, may take so many bytes.
+    /// A run of which nothing is done yet; its cells, and what maps gather, may take so many bytes.
     pub fn new(
         context: &'a Context<'a>,
         settings: &'a Settings,
@@ -77,7 +80,8 @@ impl<'a> Run<'a> {
             spending: Spending::default(),
             clock: Clock::begun(observer.wall_s()),
             standing: Standing::default(),
-            looked_at: [None; 2],
+            told_at: None,
+            recorded_at: None,
         }
     }
 }
@@ -157,7 +161,7 @@ impl Run<'_> {
             if choice::settle(self.context, job, by_gathering, target) {
                 job.start_gathering(self.context, error, self.settings.chains);
             } else {
-                job.adapting.broad = None;
+                job.adapting.coarse = None;
             }
         }
         let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);

@@ -1,18 +1,18 @@
-//! Broad elements: what the indirect light of elements that adapt is gathered on.
+//! Coarse elements: what the indirect light of elements that adapt is gathered on.
 //!
 //! Direct light has edges but little chance, and elements are cut along its edges. Indirect light is smooth but noisy, and
-//! takes rays on every element that gathers it. So it is gathered on broader elements, as large as it allows, of which those
-//! of the map are pieces; what a broad element shows of it, its mean and slopes, is shown on all of its pieces.
+//! takes rays on every element that gathers it. So it is gathered on coarser elements, as large as it allows, of which those
+//! of the map are children; what a coarse element shows of it, its mean and slopes, is shown on all of its children.
 
 use serde::{Deserialize, Serialize};
 
 use super::context::Context;
 use super::empty_maps::{Shows, element_weights};
-use super::finer::{corners_within, cuts_of, element_above, reference_on};
+use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
 use crate::maps::basis::Linear;
-use crate::maps::{IndirectDetail, Piece, ReplicaMap, Unit, Variation};
+use crate::maps::{ChildElement, IndirectDetail, ReplicaMap, Unit, Variation};
 use crate::scene::Elements;
 
 /// Standard errors that are taken off what an element alone seems to lose: by chance it must not be cut.
@@ -20,7 +20,7 @@ const SURE: f64 = 3.0;
 
 /// Elements that indirect light is gathered on, and what was gathered.
 #[derive(Serialize, Deserialize)]
-pub struct Broad {
+pub struct CoarseElements {
     /// The elements.
     pub elements: Elements,
     /// What was gathered: indirect light alone.
@@ -34,7 +34,7 @@ pub struct Broad {
     /// What the elements keep beside their sums.
     pub shape: Shape,
     /// How the elements of the job's map lie in them.
-    pub pieces: Vec<Piece>,
+    pub children: Vec<ChildElement>,
 }
 
 /// What elements that gather keep beside their sums.
@@ -48,9 +48,9 @@ pub struct Shape {
     pub rounds: u32,
 }
 
-/// What broad elements cannot show.
+/// What coarse elements cannot show.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct BroadLoss {
+pub struct CoarseLoss {
     /// Mean square of each element over its area in lx²; may be below 0 by chance.
     pub lost_lx2: Vec<f64>,
     /// The same by which elements are cut.
@@ -68,7 +68,7 @@ impl Shape {
     }
 }
 
-impl Broad {
+impl CoarseElements {
     /// The elements of a map joined to edges of about so many m; those with edges over `slope_from_m` show slopes.
     pub fn first(
         context: &Context,
@@ -76,7 +76,7 @@ impl Broad {
         fine_exposed: &[f64],
         [edge_m, slope_from_m]: [f64; 2],
         indirect_lx: f64,
-    ) -> Broad {
+    ) -> CoarseElements {
         let elements = fine.joined(context.scene, edge_m);
         let count = elements.len();
         let exposed = exposed_of(context, &elements, fine, fine_exposed);
@@ -86,7 +86,7 @@ impl Broad {
         };
         let sloped = (0..count).map(is_sloped).collect();
         let references_lx = vec![Linear::even(indirect_lx); count];
-        Broad::new(context, elements, (sloped, exposed), references_lx, 0, fine)
+        CoarseElements::new(context, elements, (sloped, exposed), references_lx, 0, fine)
     }
 
     fn new(
@@ -96,14 +96,21 @@ impl Broad {
         references_lx: Vec<Linear>,
         rounds: u32,
         fine: &Elements,
-    ) -> Broad {
+    ) -> CoarseElements {
         let weights = element_weights(context, &elements, Some((&sloped, &exposed)));
         let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds };
-        let pieces = pieces_of(&elements, fine);
-        let mut broad =
-            Broad { elements, map: ReplicaMap::linear(0, Unit::Lux), weights, exposed, sloped, shape, pieces };
-        broad.restart();
-        broad
+        let children = children_of(&elements, fine);
+        let mut coarse = CoarseElements {
+            elements,
+            map: ReplicaMap::linear(0, Unit::Lux),
+            weights,
+            exposed,
+            sloped,
+            shape,
+            children,
+        };
+        coarse.restart();
+        coarse
     }
 
     /// What of the elements is shown.
@@ -128,13 +135,13 @@ impl Broad {
         }
         self.exposed = exposed;
         self.weights = element_weights(context, &self.elements, Some(self.shows()));
-        self.pieces = pieces_of(&self.elements, fine);
+        self.children = children_of(&self.elements, fine);
         true
     }
 
-    /// Whether elements on pieces of these show slopes.
+    /// Whether elements on children of these show slopes.
     pub fn shows_slopes(&self, site: usize) -> bool {
-        self.sloped[self.pieces[site].above as usize]
+        self.sloped[self.children[site].parent as usize]
     }
 
     fn variation(&self, index: usize) -> Variation {
@@ -144,12 +151,12 @@ impl Broad {
     }
 
     /// What they cannot show, by all that was gathered.
-    pub fn loss(&self, context: &Context) -> BroadLoss {
+    pub fn loss(&self, context: &Context) -> CoarseLoss {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
         let (areas_m2, sloped) = (&self.weights[..sites], &self.sloped);
         let sides = SideLosses::of(context, &self.elements, areas_m2, self.shows(), &variations);
-        let mut loss = BroadLoss::default();
+        let mut loss = CoarseLoss::default();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
             let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, self.shows());
             let (of_slope, noise_of_slope) =
@@ -166,40 +173,40 @@ impl Broad {
     }
 
     /// How often to cut each element so that they lose no more than a goal in lx².
-    pub fn cuts(&self, context: &Context, loss: &BroadLoss, goal_lx2: f64, most: usize) -> Vec<u32> {
+    pub fn cuts(&self, context: &Context, loss: &CoarseLoss, goal_lx2: f64, most: usize) -> Vec<u32> {
         cuts_of(context, &self.elements, loss.sure_lx2.iter().copied(), goal_lx2, most)
     }
 
     /// The same cut, under a map of these elements.
-    pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> Broad {
+    pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> CoarseElements {
         let exposed = exposed_of(context, &elements, fine, fine_exposed);
-        let above: Vec<u32> =
-            (0..elements.len() as u32).map(|index| element_above(&self.elements, &elements, index)).collect();
-        let reference = |(index, above): (usize, &u32)| {
-            let [_, shown_lx] = self.map.parts_lx(*above as usize);
+        let parents: Vec<u32> =
+            (0..elements.len() as u32).map(|index| parent_of(&self.elements, &elements, index)).collect();
+        let reference = |(index, parent): (usize, &u32)| {
+            let [_, shown_lx] = self.map.parts_lx(*parent as usize);
             reference_on(
                 Linear(shown_lx),
-                corners_within(&self.elements, &elements, index as u32, *above),
+                corners_within(&self.elements, &elements, index as u32, *parent),
                 exposed[index],
             )
         };
         let cuts = |index: usize| elements.element(index as u32).cuts();
-        let is_sloped = |(index, above): (usize, &u32)| {
+        let is_sloped = |(index, parent): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
-            let were = self.sloped[*above as usize];
-            exposed[index] == 1.0 && (were || cuts(index) > self.elements.element(*above).cuts())
+            let were = self.sloped[*parent as usize];
+            exposed[index] == 1.0 && (were || cuts(index) > self.elements.element(*parent).cuts())
         };
-        let sloped = above.iter().enumerate().map(is_sloped).collect();
-        let references_lx = above.iter().enumerate().map(reference).collect();
-        Broad::new(context, elements, (sloped, exposed), references_lx, self.shape.rounds + 1, fine)
+        let sloped = parents.iter().enumerate().map(is_sloped).collect();
+        let references_lx = parents.iter().enumerate().map(reference).collect();
+        CoarseElements::new(context, elements, (sloped, exposed), references_lx, self.shape.rounds + 1, fine)
     }
 }
 
-/// Share of broad elements that is exposed, from that of the finer ones in them.
-fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
-    let mut found = vec![[0.0; 2]; broad.len()];
+/// Share of coarse elements that is exposed, from that of the finer ones in them.
+fn exposed_of(context: &Context, coarse: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
+    let mut found = vec![[0.0; 2]; coarse.len()];
     for (index, exposed) in fine_exposed.iter().enumerate() {
-        let [whole_m2, exposed_m2] = &mut found[element_above(broad, fine, index as u32) as usize];
+        let [whole_m2, exposed_m2] = &mut found[parent_of(coarse, fine, index as u32) as usize];
         let area_m2 = fine.area_m2(context.scene, fine.element(index as u32));
         *whole_m2 += area_m2;
         *exposed_m2 += area_m2 * exposed;
@@ -208,10 +215,10 @@ fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed
     found.into_iter().map(share).collect()
 }
 
-fn pieces_of(broad: &Elements, fine: &Elements) -> Vec<Piece> {
-    let piece = |index: u32| {
-        let above = element_above(broad, fine, index);
-        Piece::of(above, corners_within(broad, fine, index, above))
+fn children_of(coarse: &Elements, fine: &Elements) -> Vec<ChildElement> {
+    let child = |index: u32| {
+        let parent = parent_of(coarse, fine, index);
+        ChildElement::of(parent, corners_within(coarse, fine, index, parent))
     };
-    (0..fine.len() as u32).map(piece).collect()
+    (0..fine.len() as u32).map(child).collect()
 }

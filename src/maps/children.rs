@@ -1,54 +1,54 @@
-//! Elements as pieces of broader ones: what these show, on them.
+//! Elements as children of coarser ones: what these show, on them.
 
 use serde::{Deserialize, Serialize};
 
 use super::basis::{BENDS, Linear, SLOPES, slopes_at};
 
-/// Where an element lies in a broader one that is cut in four again and again.
+/// Where an element lies in a coarser one that is cut in four again and again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Piece {
-    /// Number of the broader element.
-    pub above: u32,
-    /// The linear polynomials of the broader element in the middle of the piece.
+pub struct ChildElement {
+    /// Number of the coarser element.
+    pub parent: u32,
+    /// The linear polynomials of the coarser element in the middle of the child.
     slopes: [f64; SLOPES],
-    /// Edge over that of the broader element, below 0 where the piece stands upside down in it.
+    /// Edge over that of the coarser element, below 0 where the child stands upside down in it.
     scale: f64,
 }
 
-impl Piece {
-    /// The piece with these corners, each by the weights of the broader element's second and third corner.
-    pub fn of(above: u32, [a, b, c]: [[f64; 2]; 3]) -> Piece {
+impl ChildElement {
+    /// The child with these corners, each by the weights of the coarser element's second and third corner.
+    pub fn of(parent: u32, [a, b, c]: [[f64; 2]; 3]) -> ChildElement {
         let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
-        Piece { above, slopes: slopes_at(middle), scale: b[0] - a[0] }
+        ChildElement { parent, slopes: slopes_at(middle), scale: b[0] - a[0] }
     }
 
-    /// Mean and slopes on the piece of a linear function with these coefficients on the broader element.
+    /// Mean and slopes on the child of a linear function with these coefficients on the coarser element.
     #[inline]
     fn linear(&self, [mean, first, second]: [f64; 1 + SLOPES]) -> [f64; 1 + SLOPES] {
         [mean + first * self.slopes[0] + second * self.slopes[1], first * self.scale, second * self.scale]
     }
 
-    /// A linear function on the broader element, on the piece.
+    /// A linear function on the coarser element, on the child.
     pub fn on(&self, function: &Linear) -> Linear {
         Linear(self.linear(function.0))
     }
 
-    /// What bends on the broader element are on the piece: slopes by its edge, curves by the square of that.
+    /// What bends on the coarser element are on the child: slopes by its edge, curves by the square of that.
     pub fn bends(&self, bends: [f64; BENDS]) -> [f64; BENDS] {
         std::array::from_fn(|k| bends[k] * if k < SLOPES { self.scale } else { self.scale * self.scale })
     }
 }
 
-/// Coefficients of many elements that are pieces of broader ones, from those of the broader ones: means first, then the first
-/// and the second slopes. Of a broader element that shows none (`sloped` false) the pieces have its mean alone.
-pub fn on_pieces(broad: &[f64], sloped: &[bool], pieces: &[Piece]) -> Vec<f64> {
-    let sites = pieces.len();
+/// Coefficients of many elements that are children of coarser ones, from those of the coarser ones: means first, then the first
+/// and the second slopes. Of a coarser element that shows none (`sloped` false) the children have its mean alone.
+pub fn on_children(coarse: &[f64], sloped: &[bool], children: &[ChildElement]) -> Vec<f64> {
+    let sites = children.len();
     let mut found = vec![0.0; (1 + SLOPES) * sites];
-    for (site, piece) in pieces.iter().enumerate() {
-        let above = piece.above as usize;
-        let coefficient = |number: usize| broad[number * sloped.len() + above];
-        if sloped[above] {
-            let shown = piece.linear(std::array::from_fn(coefficient));
+    for (site, child) in children.iter().enumerate() {
+        let parent = child.parent as usize;
+        let coefficient = |number: usize| coarse[number * sloped.len() + parent];
+        if sloped[parent] {
+            let shown = child.linear(std::array::from_fn(coefficient));
             (0..=SLOPES).for_each(|number| found[number * sites + site] = shown[number]);
         } else {
             found[site] = coefficient(0);
@@ -68,27 +68,27 @@ mod tests {
     #[test]
     fn a_piece_shows_what_the_whole_shows_there() {
         let whole = Linear([3.0, -0.7, 1.9]);
-        let piece = Piece::of(1, CORNERS);
+        let child = ChildElement::of(1, CORNERS);
         let expected = whole.on_piece(CORNERS).0;
-        let broad = [0.0, 3.0, 0.0, -0.7, 0.0, 1.9];
-        let shown = on_pieces(&broad, &[false, true], &[piece, Piece::of(0, CORNERS)]);
+        let coarse = [0.0, 3.0, 0.0, -0.7, 0.0, 1.9];
+        let shown = on_children(&coarse, &[false, true], &[child, ChildElement::of(0, CORNERS)]);
         for (number, expected) in expected.into_iter().enumerate() {
             assert!((shown[2 * number] - expected).abs() < 1e-12, "{shown:?} {expected:?}");
             assert_eq!(shown[2 * number + 1], 0.0);
         }
-        assert_eq!(on_pieces(&broad, &[true, false], &[piece])[1..], [0.0, 0.0], "constant elements have no slopes");
+        assert_eq!(on_children(&coarse, &[true, false], &[child])[1..], [0.0, 0.0], "constant elements have no slopes");
     }
 
     #[test]
     fn curves_fall_with_the_square_of_the_edge() {
-        // A quadratic function on a piece: its second differences tell its curves there.
+        // A quadratic function on a child: its second differences tell its curves there.
         let curves = [0.0, 0.0, 0.4, -1.1, 0.8];
         let function = |at: [f64; 2], curves: [f64; BENDS]| -> f64 {
             bends_at(at).iter().zip(curves).map(|(bend, curve)| bend * curve).sum()
         };
         let [a, b, c] = CORNERS;
         let outer = |[u, v]: [f64; 2]| [0, 1].map(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]));
-        let on_piece = Piece::of(0, CORNERS).bends(curves);
+        let on_piece = ChildElement::of(0, CORNERS).bends(curves);
         let bent = |value: &dyn Fn([f64; 2]) -> f64| {
             [
                 value([0.0, 0.0]) - 2.0 * value([0.5, 0.0]) + value([1.0, 0.0]),
