@@ -3,7 +3,7 @@
 use super::TriangleOptics;
 use crate::sampling::beam::Facet;
 use crate::sampling::emitter::{Emitters, PointEmitters};
-use crate::sampling::reflection::Law;
+use crate::sampling::reflection::Bsdf;
 use crate::scene::{Scene, Side, body_of};
 
 /// Flat facets that images are looked for in, at most: a look asks all of them.
@@ -48,15 +48,15 @@ impl Mirrors {
 pub(super) fn mirrors_of(
     scene: &Scene,
     triangles: &[TriangleOptics],
-    laws: &[Law],
+    bsdfs: &[Bsdf],
     emitters: &Emitters,
 ) -> (Option<Mirrors>, Vec<String>) {
-    let law = |triangle: u32| &laws[triangles[triangle as usize].law as usize];
+    let bsdf = |triangle: u32| &bsdfs[triangles[triangle as usize].bsdf as usize];
     let mut surfaces: Vec<(usize, usize)> = scene
         .surfaces
         .iter()
         .enumerate()
-        .filter(|(_, surface)| law(surface.triangles.start).is_mirror())
+        .filter(|(_, surface)| bsdf(surface.triangles.start).is_mirror())
         .map(|(id, surface)| (surface.triangles.len() * Side::of_surface(surface.two_sided).len(), id))
         .collect();
     if surfaces.is_empty() {

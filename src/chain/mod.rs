@@ -23,7 +23,7 @@ pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion, TriangleS
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitted, Emitters, Place};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::scene::{Body, Elements, Scene, Side, body_of};
 
 /// A scene made ready for packets: tracer, elements, emitters, and per triangle what a packet needs on arrival.
@@ -52,7 +52,7 @@ pub struct Stage {
     pub patience: Patience,
     triangles: Vec<TriangleOptics>,
     bodies: Vec<Arc<Body>>,
-    laws: Vec<Law>,
+    bsdfs: Vec<Bsdf>,
     has_panes: bool,
     has_lobes: bool,
 }
@@ -60,7 +60,7 @@ pub struct Stage {
 #[derive(Clone, Copy)]
 struct TriangleOptics {
     normal: DVec3,
-    law: u32,
+    bsdf: u32,
     two_sided: bool,
     /// Whether no luminaire can light its front, and its back.
     unlit: [bool; 2],
@@ -125,20 +125,20 @@ impl Stage {
                 let surface = scene.surface_of(triangle);
                 TriangleOptics {
                     normal: scene.triangle_normal(triangle),
-                    law: surface.material,
+                    bsdf: surface.material,
                     two_sided: surface.two_sided,
                     unlit: [false; 2],
                 }
             })
             .collect();
-        let laws: Vec<Law> = scene.materials.iter().map(|material| Law::new(&material.law)).collect();
-        let is_used = |law: &dyn Fn(&Law) -> bool| {
-            triangles.iter().any(|triangle: &TriangleOptics| law(&laws[triangle.law as usize]))
+        let bsdfs: Vec<Bsdf> = scene.materials.iter().map(|material| Bsdf::new(&material.law)).collect();
+        let is_used = |bsdf: &dyn Fn(&Bsdf) -> bool| {
+            triangles.iter().any(|triangle: &TriangleOptics| bsdf(&bsdfs[triangle.bsdf as usize]))
         };
-        let has_panes = is_used(&|law| matches!(law, Law::Glass(_)));
-        let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.law as usize].law.has_lobe());
+        let has_panes = is_used(&|bsdf| matches!(bsdf, Bsdf::Glass(_)));
+        let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.bsdf as usize].law.has_lobe());
         let emitters = Emitters::of(scene);
-        let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
+        let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &bsdfs, &emitters);
         let mut stage = Stage {
             tracer,
             elements: Elements::of(scene),
@@ -153,7 +153,7 @@ impl Stage {
             patience: Patience::default(),
             triangles,
             bodies: scene.bodies.clone(),
-            laws,
+            bsdfs,
             has_panes,
             has_lobes,
         };
@@ -231,25 +231,25 @@ impl Stage {
         self.triangles[triangle as usize].unlit[side as usize]
     }
 
-    /// Reflection law of a triangle.
+    /// BSDF of a triangle.
     #[inline]
-    pub fn law(&self, triangle: u32) -> &Law {
-        &self.laws[self.triangles[triangle as usize].law as usize]
+    pub fn bsdf(&self, triangle: u32) -> &Bsdf {
+        &self.bsdfs[self.triangles[triangle as usize].bsdf as usize]
     }
 
     /// Whether any light is reflected at all; in a black scene, and in one where nothing gives light, there is nothing for a
     /// chain to find.
     pub fn reflects(&self) -> bool {
         !self.emitters.list().is_empty()
-            && self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
+            && self.triangles.iter().any(|triangle| !self.bsdfs[triangle.bsdf as usize].is_black())
     }
 
     /// Whether every surface that reflects does so diffusely, and none lets light through.
     pub fn is_diffuse(&self) -> bool {
         self.triangles
             .iter()
-            .map(|triangle| &self.laws[triangle.law as usize])
-            .all(|law| matches!(law, Law::Diffuse(_)))
+            .map(|triangle| &self.bsdfs[triangle.bsdf as usize])
+            .all(|bsdf| matches!(bsdf, Bsdf::Diffuse(_)))
     }
 
     /// Whether any surface scatters light about a direction.
@@ -270,7 +270,7 @@ impl Stage {
 
     /// Whether any surface sends light on unscattered: mirrors and panes.
     pub fn has_specular(&self) -> bool {
-        self.triangles.iter().any(|triangle| self.laws[triangle.law as usize].is_specular())
+        self.triangles.iter().any(|triangle| self.bsdfs[triangle.bsdf as usize].is_specular())
     }
 
     /// The tracer's origin for a place on a luminaire.
@@ -297,11 +297,11 @@ impl Stage {
                 Meeting::Ball(_) => return (0.0, rays),
                 Meeting::Surface(hit) => hit,
             };
-            let Law::Glass(glass) = self.law(hit.triangle) else {
+            let Bsdf::Glass(glass) = self.bsdf(hit.triangle) else {
                 return (0.0, rays);
             };
             product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
-            here = self.leave(&hit, Way::Passed);
+            here = self.leave(&hit, LobeKind::Passed);
         }
         (0.0, MOST_PANES as u64)
     }
@@ -371,12 +371,12 @@ impl Stage {
         let mark = stream.mark();
         for branch in 0..branches {
             stream.branch(&mark, first_index + u64::from(branch), branch);
-            let scattered = self.law(hit.triangle).sample(direction, self.normal_at(&hit), stream);
+            let scattered = self.bsdf(hit.triangle).sample(direction, self.normal_at(&hit), stream);
             if let Some(scattered) = scattered {
                 let mut packet = Packet {
-                    origin: self.leave(&hit, scattered.way),
+                    origin: self.leave(&hit, scattered.lobe),
                     direction: scattered.direction,
-                    bounces: u32::from(scattered.way != Way::Passed),
+                    bounces: u32::from(scattered.lobe != LobeKind::Passed),
                     reach_m: emitted.reach_m - hit.distance_m,
                 };
                 rays += self.follow(&mut packet, stream, &mut arrive).1;
@@ -404,13 +404,13 @@ impl Stage {
                 return (End::Absorbed, rays);
             }
             arrive(&Arrival { hit, direction: packet.direction, bounces: packet.bounces });
-            let law = self.law(hit.triangle);
-            let Some(scattered) = law.sample(packet.direction, self.normal_at(&hit), stream) else {
-                return (if matches!(law, Law::Glass(_)) { End::Pane } else { End::Absorbed }, rays);
+            let bsdf = self.bsdf(hit.triangle);
+            let Some(scattered) = bsdf.sample(packet.direction, self.normal_at(&hit), stream) else {
+                return (if matches!(bsdf, Bsdf::Glass(_)) { End::Pane } else { End::Absorbed }, rays);
             };
             packet.direction = scattered.direction;
-            packet.bounces += u32::from(scattered.way != Way::Passed);
-            packet.origin = self.leave(&hit, scattered.way);
+            packet.bounces += u32::from(scattered.lobe != LobeKind::Passed);
+            packet.origin = self.leave(&hit, scattered.lobe);
             if self.patience.is_over(rays) {
                 return (End::CutOff, rays);
             }
@@ -427,8 +427,8 @@ impl Stage {
 
     /// Where a packet goes on from, after it met a surface: on the side that it came from, or on the other one.
     #[inline]
-    pub fn leave(&self, hit: &SurfaceHit, way: Way) -> Origin {
-        let side = if way.leads_through() { hit.side.other() } else { hit.side };
+    pub fn leave(&self, hit: &SurfaceHit, lobe: LobeKind) -> Origin {
+        let side = if lobe.leads_through() { hit.side.other() } else { hit.side };
         self.tracer.surface_origin(hit.triangle, hit.barycentric, side)
     }
 
@@ -454,14 +454,14 @@ impl Stage {
             let Meeting::Surface(hit) = self.tracer.first_hit(&here, direction) else {
                 return 0.0;
             };
-            let Law::Glass(glass) = self.law(hit.triangle) else {
+            let Bsdf::Glass(glass) = self.bsdf(hit.triangle) else {
                 return 0.0;
             };
             if hit.distance_m > distance_m {
                 return 0.0;
             }
             product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
-            here = self.leave(&hit, Way::Passed);
+            here = self.leave(&hit, LobeKind::Passed);
             if !self.tracer.is_occluded(&here, to) {
                 return product;
             }

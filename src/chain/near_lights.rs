@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::Stage;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::{Law, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind};
 
 /// Packets that show what luminaires light, and chains that show how far surfaces are apart.
 const PACKETS: u64 = 1024;
@@ -124,9 +124,9 @@ impl NearLights {
             let Meeting::Surface(hit) = stage.tracer.first_hit(&stage.origin(&emitted.place), emitted.direction) else {
                 continue;
             };
-            let law = stage.law(hit.triangle);
-            if stage.receives(hit.triangle, hit.side) && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
-                let point_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
+            let bsdf = stage.bsdf(hit.triangle);
+            if stage.receives(hit.triangle, hit.side) && matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)) {
+                let point_m = stage.tracer.position_m(&stage.leave(&hit, LobeKind::Spread));
                 let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal_at(&hit));
                 found.push((index, lx / emitters[index as usize].luminous_flux_lm));
             }
@@ -237,12 +237,14 @@ impl NearLights {
                 return (None, rays);
             }
             let normal = stage.normal_at(&hit);
-            let leaving = match stage.law(hit.triangle) {
-                Law::Diffuse(law) => Leaving::Reflected(law.reflectance),
-                Law::Translucent(law) => Leaving::EitherSide { reflected: law.reflectance, passed: law.transmittance },
-                law @ Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
-                    Some(scattered) if scattered.way == Way::Passed => {
-                        origin = stage.leave(&hit, scattered.way);
+            let leaving = match stage.bsdf(hit.triangle) {
+                Bsdf::Diffuse(bsdf) => Leaving::Reflected(bsdf.reflectance),
+                Bsdf::Translucent(bsdf) => {
+                    Leaving::EitherSide { reflected: bsdf.reflectance, passed: bsdf.transmittance }
+                }
+                bsdf @ Bsdf::Glass(_) => match bsdf.sample(emitted.direction, normal, stream) {
+                    Some(scattered) if scattered.lobe == LobeKind::Passed => {
+                        origin = stage.leave(&hit, scattered.lobe);
                         continue;
                     }
                     _ => return (None, rays),
@@ -257,11 +259,11 @@ impl NearLights {
     pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: LookedBack, to_origin: &Origin) -> LookBack {
         let LitSpot { emitter, hit, normal, .. } = spot;
         let (leaving, way) = match spot.leaving {
-            Leaving::Reflected(reflected) => (reflected, Way::Spread),
+            Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
             Leaving::EitherSide { reflected, passed } => {
-                let lit_m = stage.tracer.position_m(&stage.leave(hit, Way::Spread));
+                let lit_m = stage.tracer.position_m(&stage.leave(hit, LobeKind::Spread));
                 let is_behind = (to.0 - lit_m).dot(*normal) < 0.0;
-                if is_behind { (passed, Way::SpreadThrough) } else { (reflected, Way::Spread) }
+                if is_behind { (passed, LobeKind::SpreadThrough) } else { (reflected, LobeKind::Spread) }
             }
         };
         if leaving <= 0.0 {
@@ -269,7 +271,7 @@ impl NearLights {
         }
         let place_origin = stage.leave(hit, way);
         let point_m = stage.tracer.position_m(&place_origin);
-        let seen = if way == Way::SpreadThrough { -normal } else { *normal };
+        let seen = if way == LobeKind::SpreadThrough { -normal } else { *normal };
         let met_per_m2 = seen_per_m2((point_m, seen), to);
         let lit_per_m2 = self.lit_per_m2(stage, *emitter, (point_m, *normal));
         if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {

@@ -15,7 +15,7 @@ use super::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::Way;
+use crate::sampling::reflection::LobeKind;
 
 /// Emitters, at least and at most, for which cells are worth their room.
 const FEWEST_EMITTERS: usize = 4;
@@ -241,8 +241,8 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
         let choice = stream.fine_unit();
         let arrive = |arrival: &super::Arrival| {
             let hit = &arrival.hit;
-            if stage.law(hit.triangle).scatters() {
-                let origin = stage.leave(hit, Way::Spread);
+            if stage.bsdf(hit.triangle).scatters() {
+                let origin = stage.leave(hit, LobeKind::Spread);
                 let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal_at(hit));
                 met.push(LitPlace { cell: 0, point_m, normal, origin });
             }

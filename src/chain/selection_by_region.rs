@@ -77,7 +77,7 @@ impl SelectionByRegion {
         }
         let mut spots: Vec<TriangleSide> = (0..scene.triangles.len() as u32)
             .flat_map(|triangle| [(triangle, Side::Front), (triangle, Side::Back)])
-            .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.law(*triangle).scatters())
+            .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.bsdf(*triangle).scatters())
             .filter(|spot| !stage.is_unlit(*spot))
             .collect();
         let mut parts = Vec::new();

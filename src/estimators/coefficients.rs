@@ -18,7 +18,7 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter::{LightSample, Place};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::Openings;
 
@@ -35,8 +35,8 @@ pub struct MetPlace<'a> {
 enum Response<'a> {
     /// So many lx for each lx, from wherever it comes.
     Even(f64),
-    /// By a law that looks at directions: its own, the normal, and where the receiver is.
-    Directed(&'a Law, DVec3, DVec3),
+    /// By a BSDF that looks at directions: its own, the normal, and where the receiver is.
+    Directed(&'a Bsdf, DVec3, DVec3),
 }
 
 impl MetPlace<'_> {
@@ -54,7 +54,7 @@ impl MetPlace<'_> {
     pub fn brings(&self, towards: DVec3) -> f64 {
         match self.response {
             Response::Even(share) => share,
-            Response::Directed(law, normal, leaving) => PI * law.eval_per_sr(&Pair { normal, towards, leaving }),
+            Response::Directed(bsdf, normal, leaving) => PI * bsdf.eval_per_sr(&Pair { normal, towards, leaving }),
         }
     }
 }
@@ -145,23 +145,23 @@ fn follow(
         if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
             way = SkyWay::FromOutside;
         }
-        let law = stage.law(hit.triangle);
-        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = stage.bsdf(hit.triangle);
+        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
             return rays;
         }
-        if law.scatters() {
+        if bsdf.scatters() {
             has_scattered = true;
-            rays += look_from(stage, (&hit, direction, law, way), cut, tally, stream);
+            rays += look_from(stage, (&hit, direction, bsdf, way), cut, tally, stream);
         }
-        let Some(scattered) = law.sample(direction, stage.normal_at(&hit), stream) else {
+        let Some(scattered) = bsdf.sample(direction, stage.normal_at(&hit), stream) else {
             return rays;
         };
-        origin = stage.leave(&hit, scattered.way);
+        origin = stage.leave(&hit, scattered.lobe);
         direction = scattered.direction;
-        is_mirrored = match scattered.way {
-            Way::Mirrored => true,
-            Way::Passed => is_mirrored,
-            Way::Spread | Way::Lobe | Way::SpreadThrough => false,
+        is_mirrored = match scattered.lobe {
+            LobeKind::Mirrored => true,
+            LobeKind::Passed => is_mirrored,
+            LobeKind::Spread | LobeKind::Glossy | LobeKind::SpreadThrough => false,
         };
     }
     stage.patience.note_walk_given_up();
@@ -171,26 +171,26 @@ fn follow(
 /// Looks for the sky from a surface that scatters, and tells where it is; returns the rays.
 fn look_from(
     stage: &Stage,
-    (hit, direction, law, sky_way): (&SurfaceHit, DVec3, &Law, SkyWay),
+    (hit, direction, bsdf, sky_way): (&SurfaceHit, DVec3, &Bsdf, SkyWay),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
 ) -> u64 {
     let met_normal = stage.normal_at(hit);
     // A sheet lets through what lights its other side.
-    let total = law.total(1.0);
-    let is_behind = matches!(law, Law::Translucent(sheet) if stream.unit() * total >= sheet.reflectance);
-    let (way, normal, side) = match is_behind {
-        true => (Way::SpreadThrough, -met_normal, hit.side.other()),
-        false => (Way::Spread, met_normal, hit.side),
+    let total = bsdf.total(1.0);
+    let is_behind = matches!(bsdf, Bsdf::Translucent(sheet) if stream.unit() * total >= sheet.reflectance);
+    let (lobe, normal, side) = match is_behind {
+        true => (LobeKind::SpreadThrough, -met_normal, hit.side.other()),
+        false => (LobeKind::Spread, met_normal, hit.side),
     };
-    let response = match law {
-        Law::Diffuse(_) | Law::Translucent(_) => Response::Even(total),
-        law => Response::Directed(law, normal, -direction),
+    let response = match bsdf {
+        Bsdf::Diffuse(_) | Bsdf::Translucent(_) => Response::Even(total),
+        bsdf => Response::Directed(bsdf, normal, -direction),
     };
     let place = MetPlace { spot: (hit.triangle, side), barycentric: hit.barycentric, response };
     tally.met(&place);
-    let origin = stage.leave(hit, way);
+    let origin = stage.leave(hit, lobe);
     let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
     let care = if matches!(place.response, Response::Even(_)) { SampleCost::Cheap } else { SampleCost::Full };
     let Some(sight) = one_light_sample(stage, place.spot, &receiver, care, cut, stream) else {

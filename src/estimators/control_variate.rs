@@ -17,12 +17,12 @@ use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
 
-/// An emitter that brings at least this share of all is looked at ahead, and one that is a point if it brings that of what was seen. Of
-/// more emitters than are each looked at, one that brings this share is looked at in every pass.
+/// An emitter that brings at least this share of all is surveyed, and one that is a point if it brings that of what was seen. Of
+/// more emitters than are each sampled, one that brings this share gets a light sample in every pass.
 pub(super) const SHARE_FOR_A_LIGHT_SAMPLE: f64 = 1.0 / 400.0;
-/// Looks of a sample over the number of items among which the doubt is spread.
-const LOOKS_PER_DOUBT: f64 = 0.5;
-/// Samples, all replicas together, that a first pass takes of a place: it shall not cost more than looking ahead did.
+/// Light samples of one sample over the number of items among which the doubt is spread.
+const SAMPLES_PER_DOUBT: f64 = 0.5;
+/// Samples, all replicas together, that a first pass takes of a place: it shall not cost more than the survey did.
 const SAMPLES_OF_A_PASS: f64 = 16.0;
 /// Items that are kept for all points of a receiver set together: some 100 MB.
 const MOST_ITEMS: usize = 2_000_000;
@@ -37,8 +37,8 @@ pub struct ControlVariate {
     sum_lx: f64,
     /// What may bring something else.
     items: Vec<UncertainEmitter>,
-    /// Looks of a sample.
-    looks: usize,
+    /// Light samples of one sample.
+    samples: usize,
     /// Rays that it took to find all this out.
     pub rays: u64,
 }
@@ -47,7 +47,7 @@ pub struct ControlVariate {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct UncertainEmitter {
     emitter: u32,
-    /// The part: looks have their first two variates in this square.
+    /// The part: its light samples have their first two variates in this square.
     square: Square,
     /// How what is expected changes with these variates, in lx over their range.
     slopes_lx: [f64; 2],
@@ -61,17 +61,17 @@ struct UncertainEmitter {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ControlVariates {
     /// Looks ahead at an emitter that brings everything.
-    pub looks_ahead: f64,
-    /// Rays that looking ahead takes at a point of which nothing is kept, about.
-    pub rays_ahead: f64,
+    pub survey_samples: f64,
+    /// Rays that a survey takes at a point of which nothing is kept, about.
+    pub survey_rays: f64,
     of_points: Vec<Option<ControlVariate>>,
     items: usize,
 }
 
 impl ControlVariates {
-    /// None yet, from so many looks ahead at an emitter that brings everything; at a point they take so many rays.
-    pub fn planned(looks_ahead: f64, rays_ahead: f64) -> ControlVariates {
-        ControlVariates { looks_ahead, rays_ahead, ..ControlVariates::default() }
+    /// None yet, from so many survey samples of an emitter that brings everything; at a point they take so many rays.
+    pub fn planned(survey_samples: f64, survey_rays: f64) -> ControlVariates {
+        ControlVariates { survey_samples, survey_rays, ..ControlVariates::default() }
     }
 
     /// That of a point, if it is kept.
@@ -92,13 +92,13 @@ impl ControlVariates {
 }
 
 impl ControlVariate {
-    /// Looks ahead from a receiver, at emitters weighed by what they may bring there, `looks_ahead` times at one that
+    /// Surveys from a receiver, at emitters weighed by what they may bring there, `survey_samples` times at one that
     /// brings everything; the stream is one that no sample draws from.
     pub fn of(
         stage: &Stage,
         receiver: &Receiver,
         importance: &[f64],
-        looks_ahead: f64,
+        survey_samples: f64,
         stream: &mut Stream,
     ) -> ControlVariate {
         let total: f64 = importance.iter().sum();
@@ -109,7 +109,7 @@ impl ControlVariate {
             for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
                 if *importance > 0.0 && (*importance >= SHARE_FOR_A_LIGHT_SAMPLE * total) == is_strong {
                     let mut survey = Survey::new(stage, receiver, emitter, number as u32, *importance, stream);
-                    survey.look_ahead([total, seen_lx], looks_ahead, &mut expectation);
+                    survey.take([total, seen_lx], survey_samples, &mut expectation);
                     expectation.rays += survey.rays;
                 }
             }
@@ -123,8 +123,8 @@ impl ControlVariate {
                 .map(|item| (item.cumulative_lx - std::mem::replace(&mut before_lx, item.cumulative_lx)).powi(2))
                 .sum();
             let most = (expectation.rays as f64 / SAMPLES_OF_A_PASS).max(1.0);
-            expectation.looks =
-                (LOOKS_PER_DOUBT * doubt_lx * doubt_lx / squares_lx2).min(most).ceil().max(1.0) as usize;
+            expectation.samples =
+                (SAMPLES_PER_DOUBT * doubt_lx * doubt_lx / squares_lx2).min(most).ceil().max(1.0) as usize;
         }
         expectation
     }
@@ -151,11 +151,11 @@ impl ControlVariate {
         let Some(last) = self.items.last() else {
             return (sum_lx, rays);
         };
-        let step_lx = last.cumulative_lx / self.looks as f64;
+        let step_lx = last.cumulative_lx / self.samples as f64;
         let first = stream.fine_unit();
         let (mut place, mut before_lx, mut again) = (0, 0.0, 0);
-        for look in 0..self.looks {
-            let aim_lx = (first + look as f64) * step_lx;
+        for number in 0..self.samples {
+            let aim_lx = (first + number as f64) * step_lx;
             while self.items[place].cumulative_lx <= aim_lx && place + 1 < self.items.len() {
                 before_lx = self.items[place].cumulative_lx;
                 place += 1;
@@ -165,10 +165,10 @@ impl ControlVariate {
             stream.turn_to_square(again << 48 | item.square.code() << 32 | u64::from(item.emitter), item.square);
             again += 1;
             let variates = stream.ahead();
-            let look = views.light_sample(&stage.emitters, item.emitter, receiver, stream);
-            let found_lx = look.map_or(0.0, |look| {
+            let light_sample = views.light_sample(&stage.emitters, item.emitter, receiver, stream);
+            let found_lx = light_sample.map_or(0.0, |sample| {
                 rays += 1;
-                look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
+                sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
             });
             let expected_lx = item.expected_lx + item.change_lx(variates);
             sum_lx += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
@@ -239,13 +239,13 @@ mod tests {
         (mean, (squares / (count - 1.0) / count).sqrt())
     }
 
-    /// Seven points from full light through penumbra to shade, with few and with many looks ahead, random and
+    /// Seven points from full light through penumbra to shade, with few and with many survey samples, random and
     /// quasi-random: 20,000 samples by expectation and 20,000 passes over every lamp agree within 4.5 standard errors of their difference
     /// (α = 7e-6 each; seeds 5 and 6). An expectation that counts 3% too much (the planted fault) does not, where it is in
     /// doubt. In the mean over the points samples scatter less than passes that take as many rays, and with 64 times the
-    /// looks ahead four times less.
+    /// survey samples four times less.
     #[test]
-    fn samples_by_expectation_have_the_mean_of_looks_at_every_lamp() {
+    fn samples_beside_a_control_variate_have_the_mean_of_light_samples_of_every_lamp() {
         const N: u64 = 20_000;
         let scene = scene_from_json(SCENE, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);
@@ -275,15 +275,15 @@ mod tests {
             let mut by_pass = |stream: &mut Stream| DirectPass::default().at_point(&stage, &receiver, stream);
             let ((truth, truth_error), pass_rays) = sampled(6, false, &mut by_pass);
             by_passes += truth_error * truth_error * pass_rays;
-            for (place, (looks_ahead, is_quasi)) in
+            for (place, (survey_samples, is_quasi)) in
                 [(16.0, false), (1024.0, false), (64.0, true)].into_iter().enumerate()
             {
-                let expectation = pass.expect(&stage, &receiver, looks_ahead);
+                let expectation = pass.expect(&stage, &receiver, survey_samples);
                 let mut views = Views::default();
                 let mut sample = |stream: &mut Stream| expectation.sample(&stage, &receiver, &mut views, stream);
                 let ((mean, error), rays) = sampled(5, is_quasi, &mut sample);
                 let bound = 4.5 * error.hypot(truth_error) + 1e-9 * truth;
-                let what = format!("at {x}, {looks_ahead} looks: {mean} {truth} ± {error} {truth_error}");
+                let what = format!("at {x}, {survey_samples} survey samples: {mean} {truth} ± {error} {truth_error}");
                 assert!((mean - truth).abs() < bound, "{what}");
                 assert!((mean + 0.03 * expectation.sum_lx - truth).abs() > bound, "{what}: the planted fault passed");
                 if let Some(cost) = by_expectation.get_mut(place) {
@@ -295,9 +295,9 @@ mod tests {
         assert!(few < by_passes && 4.0 * many < few, "{few} {many} {by_passes}");
     }
 
-    /// A point lamp leaves no doubt: samples take no rays and say what a look says.
+    /// A point lamp leaves no doubt: samples take no rays and say what a light sample says.
     #[test]
-    fn what_points_bring_is_known_from_one_look() {
+    fn what_points_bring_is_known_from_one_light_sample() {
         let text = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
           "geometry": [ { "name": "floor", "type": "rectangle", "origin": [0,0,0], "u": [4,0,0], "v": [0,4,0], "material": "grey" } ],
           "luminaires": [ { "name": "a", "type": "point", "position": [1, 1, 2], "luminous_flux_lm": 1256.6370614359173 } ] }"#;

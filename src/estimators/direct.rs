@@ -13,37 +13,37 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
 
-/// Up to this many emitters are each looked at in every pass, at a receiver and from a glossy sub-point that an eye sees; of more, a
+/// Up to this many emitters each get a light sample in every pass, at a receiver and from a glossy sub-point that an eye sees; of more, a
 /// stratified choice stands for all.
 pub const MOST_EACH: usize = 24;
 /// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
 const SHARE_OF_BOUND: f64 = 0.05;
-/// Share of all looks of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
+/// Share of all light samples of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
 const SHARE_FOR_ANY: f64 = 0.01;
 /// Light samples, at most, by which the luminaires that are in sight of a point are found before the others weigh less.
-const MOST_LOOKS_AHEAD: u64 = 256;
+const MOST_SURVEY_SAMPLES: u64 = 256;
 /// Number of a place's stream for its control variate; number 0 finds the luminaires in sight.
 const EXPECTATION: u32 = 1;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
-const LOOKS_OVER_ELEMENT: usize = 6;
+const SAMPLES_OVER_ELEMENT: usize = 6;
 
 /// Scratch space for one pass over the emitters, so that a pass allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct DirectPass {
     importance: Vec<f64>,
     total: f64,
-    /// Emitters that a look ahead found hidden.
+    /// Emitters that a light sample found hidden beforehand.
     hidden: Vec<u32>,
     cut: Cut,
 }
 
-/// Direct light at a random point of an element, looked at twice.
+/// Direct light at a random point of an element, sampled twice.
 #[derive(Clone, Copy, Debug)]
-pub struct TwoLooks {
+pub struct SamplePair {
     /// The point: the weights of the element's second and third corner.
     pub at: [f64; 2],
     /// Two samples of the direct illuminance there in lx, independent but for the point.
-    pub looks_lx: [f64; 2],
+    pub samples_lx: [f64; 2],
     /// Rays they took.
     pub rays: u64,
 }
@@ -68,14 +68,14 @@ impl DirectPass {
         mut found: impl FnMut(f64, &LightSample),
     ) -> u64 {
         if stage.emitters.list().len() > MOST_EACH {
-            let rays_ahead = self.weigh_at(stage, receiver);
-            return rays_ahead + self.look_at_most(stage, receiver, stream, found);
+            let survey_rays = self.weigh_at(stage, receiver);
+            return survey_rays + self.sample_most(stage, receiver, stream, found);
         }
         let mut rays = 0;
         for (number, emitter) in stage.emitters.list().iter().enumerate() {
             stream.turn_to(number as u64);
-            if let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
-                found(look.unshadowed_lx * stage.seen_share(&look, receiver.origin), &look);
+            if let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
+                found(sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin), &sample);
                 rays += 1;
             }
         }
@@ -83,11 +83,11 @@ impl DirectPass {
     }
 
     /// The control variate of a point, for any number of samples there (docs/methods.md, section 2): an emitter that brings all of the
-    /// light there gets `looks_ahead` light samples, the others by their shares.
-    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, looks_ahead: f64) -> ControlVariate {
+    /// light there gets `survey_samples` light samples, the others by their shares.
+    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
         let rays = self.weigh_at(stage, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
-        let mut control_variate = ControlVariate::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
+        let mut control_variate = ControlVariate::of(stage, receiver, &self.importance, survey_samples, &mut stream);
         control_variate.rays += rays;
         control_variate
     }
@@ -118,7 +118,7 @@ impl DirectPass {
         let place = [receiver.point_m, receiver.normal];
         let enough = |found: &LightInSight| {
             let is_seen = if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest <= found.seen };
-            found.rays >= MOST_LOOKS_AHEAD || is_seen
+            found.rays >= MOST_SURVEY_SAMPLES || is_seen
         };
         let mut note_hidden = |index: u32, lx: f64| {
             if lx <= 0.0 {
@@ -136,9 +136,9 @@ impl DirectPass {
         found.rays
     }
 
-    /// One unbiased sample of the direct illuminance at a point on a side of a triangle in lx from `count` looks: equal
+    /// One unbiased sample of the direct illuminance at a point on a side of a triangle in lx from `count` light samples: equal
     /// steps through the choice that walks make.
-    pub fn looks(
+    pub fn chosen_samples(
         &mut self,
         stage: &Stage,
         spot: TriangleSide,
@@ -156,8 +156,8 @@ impl DirectPass {
                 continue;
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
-            if let Some(look) = stage.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
-                sum_lx += look.unshadowed_lx / probability * stage.seen_share(&look, receiver.origin);
+            if let Some(sample) = stage.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
+                sum_lx += sample.unshadowed_lx / probability * stage.seen_share(&sample, receiver.origin);
                 rays += 1;
             }
         }
@@ -170,9 +170,9 @@ impl DirectPass {
         self.total = self.importance.iter().sum();
     }
 
-    /// One look at every emitter that brings a share worth it; equal steps through the cumulative importance of the
+    /// One light sample of every emitter that brings a share worth it; equal steps through the cumulative importance of the
     /// others, so that none is ever left out. What stands in full light or full shade of all that matter has no chance.
-    fn look_at_most(
+    fn sample_most(
         &self,
         stage: &Stage,
         receiver: &Receiver,
@@ -195,8 +195,8 @@ impl DirectPass {
                 step / importance
             };
             stream.turn_to(number as u64);
-            if let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
-                found(look.unshadowed_lx * weight * stage.seen_share(&look, receiver.origin), &look);
+            if let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
+                found(sample.unshadowed_lx * weight * stage.seen_share(&sample, receiver.origin), &sample);
                 rays += 1;
             }
         }
@@ -205,7 +205,7 @@ impl DirectPass {
 
     /// One unbiased sample of the mean direct illuminance of an element side in lx, and the rays it took.
     ///
-    /// Point emitters look at a flat element through its exact solid angle, Ē = I Ω/A; for all others, and on smooth bodies, a point is
+    /// Point emitters see a flat element in its exact solid angle, Ē = I Ω/A; for all others, and on smooth bodies, a point is
     /// drawn uniformly in the element.
     pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
         if stage.is_unlit(element.spot()) {
@@ -216,20 +216,20 @@ impl DirectPass {
             let mut rays = 0;
             for emitter in stage.emitters.list() {
                 let point = if element.is_curved() { None } else { emitter.draw_point(stream) };
-                let looked = match point {
+                let brought_lx = match point {
                     Some(point) => point_over_element(stage, emitter, &point, element, stream),
                     None => {
                         let at = element.draw(stage, stream);
                         let (point_m, normal) = (element.point_m(stage, at), element.normal_at(stage, at));
-                        emitter.light_sample(point_m, normal, stream).map(|look| {
+                        emitter.light_sample(point_m, normal, stream).map(|sample| {
                             let origin = element.origin(stage, at);
                             let receiver = Receiver { point_m, normal, origin: &origin };
-                            look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
+                            sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
                         })
                     }
                 };
-                rays += u64::from(looked.is_some());
-                sum_lx += looked.unwrap_or(0.0);
+                rays += u64::from(brought_lx.is_some());
+                sum_lx += brought_lx.unwrap_or(0.0);
             }
             return (sum_lx, rays);
         }
@@ -237,28 +237,34 @@ impl DirectPass {
         let origin = element.origin(stage, at);
         let receiver =
             Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
-        self.looks(stage, element.spot(), &receiver, LOOKS_OVER_ELEMENT, stream)
+        self.chosen_samples(stage, element.spot(), &receiver, SAMPLES_OVER_ELEMENT, stream)
     }
 
     /// Two samples of the direct light at a random point of an element that is not covered.
-    pub fn look_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> TwoLooks {
+    pub fn sample_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> SamplePair {
         let (at, rays) = element.draw_exposed(stage, stream);
-        let seen = self.look_twice_at(stage, element, at, stream);
-        TwoLooks { rays: seen.rays + rays, ..seen }
+        let seen = self.sample_twice_at(stage, element, at, stream);
+        SamplePair { rays: seen.rays + rays, ..seen }
     }
 
     /// The same at a point.
-    pub fn look_twice_at(&mut self, stage: &Stage, element: &Element, at: [f64; 2], stream: &mut Stream) -> TwoLooks {
+    pub fn sample_twice_at(
+        &mut self,
+        stage: &Stage,
+        element: &Element,
+        at: [f64; 2],
+        stream: &mut Stream,
+    ) -> SamplePair {
         let origin = element.origin(stage, at);
         let receiver =
             Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
-        let (looks_lx, rays) = self.twice(stage, element.spot(), &receiver, stream);
-        TwoLooks { at, looks_lx, rays }
+        let (samples_lx, rays) = self.twice(stage, element.spot(), &receiver, stream);
+        SamplePair { at, samples_lx, rays }
     }
 
     /// Two unbiased samples of the direct illuminance at a point on a side of a triangle in lx, and the rays of both.
     ///
-    /// What point emitters bring has no chance and is looked at once.
+    /// What point emitters bring has no chance and is sampled once.
     fn twice(
         &mut self,
         stage: &Stage,
@@ -271,22 +277,23 @@ impl DirectPass {
         }
         let emitters = stage.emitters.list();
         if emitters.len() > MOST_EACH {
-            let (one_lx, one_rays) = self.looks(stage, spot, receiver, LOOKS_OVER_ELEMENT, stream);
-            let (other_lx, other_rays) = self.looks(stage, spot, receiver, LOOKS_OVER_ELEMENT, stream);
+            let (one_lx, one_rays) = self.chosen_samples(stage, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
+            let (other_lx, other_rays) = self.chosen_samples(stage, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
             return ([one_lx, other_lx], one_rays + other_rays);
         }
         let mut sums_lx = [0.0; 2];
         let mut rays = 0;
         for (number, emitter) in emitters.iter().enumerate() {
-            let mut look_lx = |sequence: usize, stream: &mut Stream| {
+            let mut sample_lx = |sequence: usize, stream: &mut Stream| {
                 stream.turn_to(sequence as u64);
-                emitter.light_sample(receiver.point_m, receiver.normal, stream).map_or(0.0, |look| {
+                emitter.light_sample(receiver.point_m, receiver.normal, stream).map_or(0.0, |sample| {
                     rays += 1;
-                    look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
+                    sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
                 })
             };
-            let first_lx = look_lx(number, stream);
-            let second_lx = if emitter.is_single_point() { first_lx } else { look_lx(emitters.len() + number, stream) };
+            let first_lx = sample_lx(number, stream);
+            let second_lx =
+                if emitter.is_single_point() { first_lx } else { sample_lx(emitters.len() + number, stream) };
             sums_lx[0] += first_lx;
             sums_lx[1] += second_lx;
         }
@@ -302,7 +309,7 @@ fn stream_of_place(receiver: &Receiver, what_for: u32) -> Stream {
     stream
 }
 
-/// A look at one emitter from a vertex of a walk.
+/// A light sample of one emitter from a vertex of a walk.
 pub struct Sight<'a> {
     /// The emitter.
     pub emitter: &'a Emitter,
@@ -314,7 +321,7 @@ pub struct Sight<'a> {
     pub unshadowed_lx: f64,
     /// Share of that which arrives.
     pub transmittance: f64,
-    /// Unit direction to the point looked at.
+    /// Unit direction to the sampled point.
     pub towards: DVec3,
 }
 
@@ -326,23 +333,23 @@ impl Sight<'_> {
     }
 }
 
-/// With how much care a single emitter is looked at.
+/// How a point of a single emitter is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleCost {
-    /// The point looked at may be any.
+    /// It may be any.
     Cheap,
-    /// The point is drawn in proportion to what it brings: who weighs looks by their density asks for that.
+    /// In proportion to what it brings: who weighs light samples by their density asks for that.
     Full,
 }
 
-/// A look at a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
+/// A light sample of a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
 /// vertices of walks. `None` where the choice brings nothing; else it took one ray.
 #[inline]
 pub fn one_light_sample<'a>(
     stage: &'a Stage,
     spot: TriangleSide,
     receiver: &Receiver,
-    care: SampleCost,
+    cost: SampleCost,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
@@ -351,7 +358,7 @@ pub fn one_light_sample<'a>(
     let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
-    let look = match care {
+    let sample = match cost {
         SampleCost::Cheap => emitter.cheap_light_sample(receiver.point_m, receiver.normal, stream)?,
         SampleCost::Full => emitter.light_sample(receiver.point_m, receiver.normal, stream)?,
     };
@@ -359,11 +366,11 @@ pub fn one_light_sample<'a>(
         emitter,
         index,
         probability,
-        unshadowed_lx: look.unshadowed_lx,
+        unshadowed_lx: sample.unshadowed_lx,
         transmittance: 0.0,
         towards: receiver.normal,
     };
-    if let Some(place) = look.place {
+    if let Some(place) = sample.place {
         let origin = stage.origin(&place);
         sight.transmittance = stage.transmittance(receiver.origin, &origin);
         sight.towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);

@@ -105,7 +105,7 @@ fn weights_of_areas(stage: &Stage, mirrors: &Mirrors, apex_m: DVec3, normal: DVe
 
 /// Probability with which a sequence of facets goes on past one of them.
 fn survival(stage: &Stage, facet: &Facet, step: &Reached, depth: u32) -> f64 {
-    stage.law(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
+    stage.bsdf(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
 }
 
 /// A point of an emitter, as it is chosen at a step of a beam.
@@ -303,7 +303,7 @@ fn follow(
         };
         let cosine = (target_m - point_m).normalize_or_zero().dot(facet.normal);
         let here = stage.tracer.surface_origin(triangle, weights, facet.side);
-        share *= stage.law(triangle).mirror_share(cosine) * stage.transmittance(&here, &target);
+        share *= stage.bsdf(triangle).mirror_share(cosine) * stage.transmittance(&here, &target);
         rays += 1;
         if share <= 0.0 {
             return (0.0, DVec3::ZERO, rays);

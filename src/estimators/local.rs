@@ -20,7 +20,7 @@ use crate::chain::{Arrival, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::{Law, Pair, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::scene::{Quantity, ReceiverSet};
 
 /// Branches of a line of sight below this share of it are followed by chance, once and for all: no sample draws them
@@ -46,7 +46,7 @@ enum PlaceResponse {
     Plane,
     /// That of a small body.
     Body(SmallBody),
-    /// The cosine times π/ρ of the part of the law that does not follow the lobe.
+    /// The cosine times π/ρ of the part of the BSDF that does not follow the lobe.
     Gloss { triangle: u32, leaving: DVec3 },
 }
 
@@ -180,18 +180,18 @@ impl Anchors {
             scale: 0.0,
             response: PlaceResponse::Plane,
         };
-        match stage.law(end.hit.triangle) {
-            Law::Diffuse(law) => self.list.push(ScorePlace { scale: end.share * law.reflectance / PI, ..front }),
-            Law::Translucent(law) => {
+        match stage.bsdf(end.hit.triangle) {
+            Bsdf::Diffuse(bsdf) => self.list.push(ScorePlace { scale: end.share * bsdf.reflectance / PI, ..front }),
+            Bsdf::Translucent(bsdf) => {
                 let behind = ScorePlace { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
-                self.list.push(ScorePlace { scale: end.share * law.reflectance / PI, ..front });
-                self.list.push(ScorePlace { scale: end.share * law.transmittance / PI, ..behind });
+                self.list.push(ScorePlace { scale: end.share * bsdf.reflectance / PI, ..front });
+                self.list.push(ScorePlace { scale: end.share * bsdf.transmittance / PI, ..behind });
             }
-            law if law.is_specular() => {}
-            law => {
+            bsdf if bsdf.is_specular() => {}
+            bsdf => {
                 self.planes = false;
                 let response = PlaceResponse::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
-                self.list.push(ScorePlace { scale: end.share * law.total(1.0) / PI, response, ..front });
+                self.list.push(ScorePlace { scale: end.share * bsdf.total(1.0) / PI, response, ..front });
             }
         }
     }
@@ -256,13 +256,13 @@ impl Anchors {
     /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
     /// `share` is the share of the chain's flux that arrives.
     pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
-        let law = stage.law(arrival.hit.triangle);
-        if law.is_black() || law.is_specular() {
+        let bsdf = stage.bsdf(arrival.hit.triangle);
+        if bsdf.is_black() || bsdf.is_specular() {
             return None;
         }
-        let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
+        let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, LobeKind::Spread));
         let normal = stage.normal_at(&arrival.hit);
-        let scatters_through = matches!(law, Law::Translucent(_));
+        let scatters_through = matches!(bsdf, Bsdf::Translucent(_));
         if !scatters_through && self.is_out_of_reach(point_m, normal) {
             return None;
         }
@@ -298,13 +298,13 @@ impl Anchors {
     /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
     pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
         let bound_per_m2 = bound * vertex.level_lx;
-        let law = stage.law(vertex.arrival.hit.triangle);
+        let bsdf = stage.bsdf(vertex.arrival.hit.triangle);
         scores.clear();
-        if let (Law::Diffuse(law), true) = (law, self.planes) {
+        if let (Bsdf::Diffuse(bsdf), true) = (bsdf, self.planes) {
             let [px, py, pz] = &self.points;
             let [nx, ny, nz] = &self.normals;
             let (at, normal) = (vertex.point_m, vertex.normal);
-            let factor = vertex.share * law.reflectance / PI;
+            let factor = vertex.share * bsdf.reflectance / PI;
             scores.extend((0..self.list.len()).map(|j| {
                 let (dx, dy, dz) = (px[j] - at.x, py[j] - at.y, pz[j] - at.z);
                 let square = dx * dx + dy * dy + dz * dz;
@@ -319,7 +319,7 @@ impl Anchors {
             let offset_m = anchor.point_m - vertex.point_m;
             let leaving = offset_m.normalize_or_zero();
             vertex.share
-                * spread_per_sr(law, vertex, leaving)
+                * spread_per_sr(bsdf, vertex, leaving)
                 * anchor.scale
                 * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
         }));
@@ -331,7 +331,7 @@ impl Anchors {
         let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
         [
             self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal),
-            vertex.share * spread_per_sr(stage.law(vertex.arrival.hit.triangle), vertex, leaving),
+            vertex.share * spread_per_sr(stage.bsdf(vertex.arrival.hit.triangle), vertex, leaving),
         ]
     }
 
@@ -339,8 +339,8 @@ impl Anchors {
     pub fn transmittance(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> f64 {
         let anchor = &self.list[anchor];
         let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
-        let way = if is_behind { Way::SpreadThrough } else { Way::Spread };
-        stage.transmittance(&anchor.origin, &stage.leave(&vertex.arrival.hit, way))
+        let lobe = if is_behind { LobeKind::SpreadThrough } else { LobeKind::Spread };
+        stage.transmittance(&anchor.origin, &stage.leave(&vertex.arrival.hit, lobe))
     }
 
     /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
@@ -368,7 +368,7 @@ impl Anchors {
     ) -> u64 {
         self.scores(stage, vertex, connecting.bound, scores);
         let hit = &vertex.arrival.hit;
-        let sides = [stage.leave(hit, Way::Spread), stage.leave(hit, Way::SpreadThrough)];
+        let sides = [stage.leave(hit, LobeKind::Spread), stage.leave(hit, LobeKind::SpreadThrough)];
         let threshold = connecting.threshold;
         let mut until_next = variate * threshold;
         let mut rays = 0;
@@ -430,13 +430,13 @@ impl Anchors {
         let (mut sum, mut rays) = (0.0, 0);
         let mut next = anchors.iter();
         for end in &self.sub_points[entry] {
-            let both_sides = matches!(stage.law(end.hit.triangle), Law::Translucent(_));
+            let both_sides = matches!(stage.bsdf(end.hit.triangle), Bsdf::Translucent(_));
             let (Some(front), behind) = (next.next(), if both_sides { next.next() } else { None }) else {
                 break;
             };
-            let share_of = |way: Way, point_m: DVec3, normal: DVec3| match way {
-                Way::Lobe => [1.0; 2],
-                Way::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
+            let share_of = |lobe: LobeKind, point_m: DVec3, normal: DVec3| match lobe {
+                LobeKind::Glossy => [1.0; 2],
+                LobeKind::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
                 _ => share_at(front, point_m, normal),
             };
             let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, share_of, cut, stream);
@@ -454,21 +454,21 @@ impl PlaceResponse {
             PlaceResponse::Plane => normal.dot(towards).max(0.0),
             PlaceResponse::Body(body) => body.response(towards),
             PlaceResponse::Gloss { triangle, leaving } => {
-                let law = stage.law(*triangle);
-                let spread_per_sr = law.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
-                PI / law.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)
+                let bsdf = stage.bsdf(*triangle);
+                let spread_per_sr = bsdf.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
+                PI / bsdf.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)
             }
         }
     }
 }
 
-/// The part of a vertex' law that connections find, towards a unit direction.
-fn spread_per_sr(law: &Law, vertex: &ChainVertex, leaving: DVec3) -> f64 {
+/// The part of a vertex' BSDF that connections find, towards a unit direction.
+fn spread_per_sr(bsdf: &Bsdf, vertex: &ChainVertex, leaving: DVec3) -> f64 {
     let is_behind = leaving.dot(vertex.normal) < 0.0;
-    match law {
-        Law::Diffuse(law) if !is_behind => law.reflectance / PI,
-        Law::Translucent(law) => (if is_behind { law.transmittance } else { law.reflectance }) / PI,
-        Law::Diffuse(_) => 0.0,
-        law => law.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving }),
+    match bsdf {
+        Bsdf::Diffuse(bsdf) if !is_behind => bsdf.reflectance / PI,
+        Bsdf::Translucent(bsdf) => (if is_behind { bsdf.transmittance } else { bsdf.reflectance }) / PI,
+        Bsdf::Diffuse(_) => 0.0,
+        bsdf => bsdf.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving }),
     }
 }

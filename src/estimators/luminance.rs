@@ -3,7 +3,7 @@
 //! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). What is seen there is, order by
 //! order: luminaires on the line itself; their light scattered once, at r′; and what reaches r′ after reflections. The
 //! first two are the *direct* part: every luminaire is looked at from r′, and for a lobe the lobe's own ray looks too,
-//! both weighed by their densities. The rest is a walk from r′ (docs/methods.md (21)), drawn by the reflection law, which is reciprocal.
+//! both weighed by their densities. The rest is a walk from r′ (docs/methods.md (21)), drawn by the BSDF, which is reciprocal.
 
 use std::f64::consts::PI;
 
@@ -19,7 +19,7 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 
 /// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
 /// and the rays it took; the receiver's normal is the direction of view.
@@ -31,19 +31,19 @@ pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, s
         Seen::Surface(end) => ends.push(end),
     });
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = match stage.law(end.hit.triangle) {
-            Law::Diffuse(law) => {
+        let (luminance_cd_m2, end_rays) = match stage.bsdf(end.hit.triangle) {
+            Bsdf::Diffuse(bsdf) => {
                 let (lx, rays) = pass.at_point(stage, &end.receiver(), stream);
-                (law.reflectance / PI * lx, rays)
+                (bsdf.reflectance / PI * lx, rays)
             }
-            Law::Translucent(law) => {
+            Bsdf::Translucent(bsdf) => {
                 let (front_lx, front_rays) = pass.at_point(stage, &end.receiver(), stream);
                 let behind = end.behind(stage);
                 let (back_lx, back_rays) = pass.at_point(stage, &end.receiver_behind(&behind), stream);
-                ((law.reflectance * front_lx + law.transmittance * back_lx) / PI, front_rays + back_rays)
+                ((bsdf.reflectance * front_lx + bsdf.transmittance * back_lx) / PI, front_rays + back_rays)
             }
-            law if law.is_specular() => (0.0, 0),
-            law => glossy_cd_m2(stage, end, law, stream),
+            bsdf if bsdf.is_specular() => (0.0, 0),
+            bsdf => glossy_cd_m2(stage, end, bsdf, stream),
         };
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
@@ -77,7 +77,7 @@ impl SubPoint {
 
     /// The place on the other side.
     pub fn behind(&self, stage: &Stage) -> Origin {
-        stage.leave(&self.hit, Way::SpreadThrough)
+        stage.leave(&self.hit, LobeKind::SpreadThrough)
     }
 
     /// The other side as a receiver.
@@ -91,39 +91,40 @@ impl SubPoint {
     pub fn sample_rest_cd_m2(
         &self,
         stage: &Stage,
-        share_of: impl Fn(Way, DVec3, DVec3) -> [f64; 2],
+        share_of: impl Fn(LobeKind, DVec3, DVec3) -> [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
         let receiver = self.receiver();
-        let law = stage.law(self.hit.triangle);
+        let bsdf = stage.bsdf(self.hit.triangle);
         let responses = |towards: DVec3| {
             let pair = Pair { normal: self.normal, towards, leaving: -self.direction };
-            [law.spread_per_sr(&pair), law.lobe_per_sr(&pair)]
+            [bsdf.spread_per_sr(&pair), bsdf.lobe_per_sr(&pair)]
                 .map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr })
         };
         let (mut sum_cd_m2, mut rays) = in_mirrors_lx(stage, &receiver, 1.0, responses, cut, stream);
-        if let Law::Translucent(law) = law {
+        if let Bsdf::Translucent(bsdf) = bsdf {
             let behind = self.behind(stage);
-            let per_sr = law.transmittance / PI;
+            let per_sr = bsdf.transmittance / PI;
             let responses = |_: DVec3| evenly(per_sr, per_sr);
             let (through_cd_m2, more_rays) =
                 in_mirrors_lx(stage, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
             sum_cd_m2 += through_cd_m2;
             rays += more_rays;
         }
-        // Light travels the other way: the law is reciprocal.
-        let Some(scattered) = law.sample(self.direction, self.normal, stream) else {
+        // Light travels the other way: the BSDF is reciprocal.
+        let Some(scattered) = bsdf.sample(self.direction, self.normal, stream) else {
             return (sum_cd_m2, rays);
         };
-        let origin = stage.leave(&self.hit, scattered.way);
+        let origin = stage.leave(&self.hit, scattered.lobe);
         let trail = trail_from(stage, 1.0, || {
             let pair = Pair { normal: self.normal, towards: -self.direction, leaving: scattered.direction };
-            let ray_per_sr = if scattered.way == Way::Lobe { law.lobe_per_sr(&pair) } else { law.spread_per_sr(&pair) };
-            let side = if scattered.way == Way::SpreadThrough { -self.normal } else { self.normal };
+            let ray_per_sr =
+                if scattered.lobe == LobeKind::Glossy { bsdf.lobe_per_sr(&pair) } else { bsdf.spread_per_sr(&pair) };
+            let side = if scattered.lobe == LobeKind::SpreadThrough { -self.normal } else { self.normal };
             (self.point_m, side, ray_per_sr)
         });
-        let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
+        let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.lobe, point_m, normal);
         let (lm_m2, walk_rays) =
             sample_arriving_share_lx(stage, (origin, trail), scattered.direction, share_of, cut, stream);
         (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
@@ -131,17 +132,17 @@ impl SubPoint {
 }
 
 /// Light of luminaires that a glossy sub-point sends to the eye: looks at luminaires, and a ray along the lobe.
-fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Law, stream: &mut Stream) -> (f64, u64) {
-    let responses = |pair: &Pair| [law.spread_per_sr(pair), law.lobe_per_sr(pair)];
+fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
+    let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
     let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(stage, end, responses, stream);
-    let Some(scattered) = law.sample(end.direction, end.normal, stream) else {
+    let Some(scattered) = bsdf.sample(end.direction, end.normal, stream) else {
         return (looked_cd_m2, rays);
     };
-    if scattered.way != Way::Lobe {
+    if scattered.lobe != LobeKind::Glossy {
         return (looked_cd_m2, rays);
     }
     let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
-    let lobe_per_sr = law.lobe_per_sr(&pair);
+    let lobe_per_sr = bsdf.lobe_per_sr(&pair);
     let (met, ray_count) = first_luminaires(stage, &end.origin, scattered.direction);
     let mut sum_cd_m2 = looked_cd_m2;
     for (index, transmittance) in met {
@@ -233,11 +234,11 @@ fn first_luminaires(stage: &Stage, from: &Origin, direction: DVec3) -> (Vec<(u32
             }
             Meeting::Surface(hit) => {
                 met.extend(stage.emitters.on_surface(hit.triangle, hit.side).map(|index| (index, transmittance)));
-                let Law::Glass(glass) = stage.law(hit.triangle) else {
+                let Bsdf::Glass(glass) = stage.bsdf(hit.triangle) else {
                     break;
                 };
                 transmittance *= glass.shares(stage.normal_at(&hit).dot(direction))[1];
-                origin = stage.leave(&hit, Way::Passed);
+                origin = stage.leave(&hit, LobeKind::Passed);
             }
         }
     }

@@ -21,7 +21,7 @@ use crate::chain::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::Way;
+use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
 
 /// How neighbours share what their walks meet first.
@@ -205,7 +205,7 @@ impl SharedWalks {
             rays += packet_rays;
             if let Some(spot) = spot {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
-                    let origin = stage.leave(&spot.hit, Way::Spread);
+                    let origin = stage.leave(&spot.hit, LobeKind::Spread);
                     let point_m = stage.tracer.position_m(&origin);
                     let lit_per_m2 = lights.lit_per_m2(stage, spot.emitter, (point_m, spot.normal));
                     let near_lm_m2 = lights.luminous_flux_lm() * reflectance * lit_per_m2;

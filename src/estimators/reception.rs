@@ -52,7 +52,7 @@ pub fn sample_direct_lx(
 }
 
 /// Direct light at one place, for any number of samples.
-pub struct DirectLook<'a> {
+pub struct DirectSampler<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
     stage: &'a Stage,
@@ -61,7 +61,7 @@ pub struct DirectLook<'a> {
     views: Views<'a>,
 }
 
-impl<'a> DirectLook<'a> {
+impl<'a> DirectSampler<'a> {
     /// The control variate of a place, by about so many light samples (L of docs/methods.md, section 2); none for the turned planes of a
     /// cylinder, and for what eyes see.
     pub fn expect(
@@ -69,10 +69,10 @@ impl<'a> DirectLook<'a> {
         quantity: Quantity,
         receiver: &Receiver,
         pass: &mut DirectPass,
-        looks_ahead: f64,
+        survey_samples: f64,
     ) -> ControlVariate {
         match quantity {
-            Quantity::Perpendicular => pass.expect(stage, receiver, looks_ahead),
+            Quantity::Perpendicular => pass.expect(stage, receiver, survey_samples),
             _ => ControlVariate::default(),
         }
     }
@@ -84,8 +84,8 @@ impl<'a> DirectLook<'a> {
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
         control_variate: &'a ControlVariate,
-    ) -> DirectLook<'a> {
-        DirectLook { quantity, receiver: *receiver, stage, pass, control_variate, views: Views::default() }
+    ) -> DirectSampler<'a> {
+        DirectSampler { quantity, receiver: *receiver, stage, pass, control_variate, views: Views::default() }
     }
 
     /// One unbiased sample of the direct part in lx, and the rays it took.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Way, mirrored};
+use crate::sampling::reflection::{Bsdf, LobeKind, mirrored};
 
 /// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
 pub const SMALL_SHARE: f64 = 0.1;
@@ -129,26 +129,26 @@ pub fn look_along(
         for index in stage.emitters.on_surface(hit.triangle, hit.side) {
             show(luminaire(share * own_cd_m2(index), Some(index)));
         }
-        let law = stage.law(hit.triangle);
-        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = stage.bsdf(hit.triangle);
+        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
             continue;
         }
         let normal = stage.normal_at(&hit);
         let cosine = normal.dot(direction);
-        if law.is_specular() {
+        if bsdf.is_specular() {
             branches.push((
-                stage.leave(&hit, Way::Mirrored),
+                stage.leave(&hit, LobeKind::Mirrored),
                 mirrored(direction, normal),
-                share * law.mirror_share(cosine),
+                share * bsdf.mirror_share(cosine),
                 met + 1,
                 false,
             ));
-            if let Law::Glass(glass) = law {
-                let passed = stage.leave(&hit, Way::Passed);
+            if let Bsdf::Glass(glass) = bsdf {
+                let passed = stage.leave(&hit, LobeKind::Passed);
                 branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1, is_straight));
             }
         } else {
-            let origin = stage.leave(&hit, Way::Spread);
+            let origin = stage.leave(&hit, LobeKind::Spread);
             let point_m = stage.tracer.position_m(&origin);
             show(Seen::Surface(SubPoint { hit, direction, normal, origin, point_m, share }));
         }

@@ -6,7 +6,7 @@ use super::receiver::Receiver;
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::uniform_cone;
 use crate::scene::{Openings, Scene, body_of};
 
@@ -96,11 +96,11 @@ pub fn way_out(stage: &Stage, from: &Origin, towards: DVec3) -> (f64, Option<u32
             Meeting::Ball(_) => return (0.0, None, rays),
             Meeting::Surface(hit) => hit,
         };
-        let Law::Glass(glass) = stage.law(hit.triangle) else {
+        let Bsdf::Glass(glass) = stage.bsdf(hit.triangle) else {
             return (0.0, Some(hit.triangle), rays);
         };
         passed *= glass.shares(stage.normal_at(&hit).dot(towards))[1];
-        here = stage.leave(&hit, Way::Passed);
+        here = stage.leave(&hit, LobeKind::Passed);
     }
     (0.0, None, u64::from(MOST_PANES))
 }

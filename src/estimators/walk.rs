@@ -26,7 +26,7 @@ use crate::estimators::receiver::Receiver;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Diffuse, Law, Way};
+use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// No cache: walks go on until they are absorbed or leave.
@@ -258,22 +258,22 @@ impl Walk<'_> {
         if !matches!(self.departure, Departure::Seen) {
             self.find_emitters(stage.emitters.on_surface(hit.triangle, hit.side), cut);
         }
-        let law = stage.law(hit.triangle);
-        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = stage.bsdf(hit.triangle);
+        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
             return false;
         }
         let normal = stage.normal_at(hit);
-        let origin = stage.leave(hit, Way::Spread);
+        let origin = stage.leave(hit, LobeKind::Spread);
         self.origin = origin;
         let shares_of =
             |lit: DVec3| if self.has_scattered { [1.0; 2] } else { share_of(stage.tracer.position_m(&origin), lit) };
         let shares = shares_of(normal);
-        if shares == [0.0; 2] && matches!(law, Law::Diffuse(_)) {
+        if shares == [0.0; 2] && matches!(bsdf, Bsdf::Diffuse(_)) {
             return false;
         }
         // Light that a sheet lets through has arrived at its other side.
-        let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
-        let from = self.looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
+        let shares_behind = if matches!(bsdf, Bsdf::Translucent(_)) { shares_of(-normal) } else { shares };
+        let from = self.looked_back.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
         let vertex = Vertex {
             stage,
             hit,
@@ -285,34 +285,34 @@ impl Walk<'_> {
             looked_back: from,
         };
         let is_first_met = self.surfaces == 1;
-        if let Law::Diffuse(law) = law {
+        if let Bsdf::Diffuse(bsdf) = bsdf {
             let (known_lm_m2, known_rays) =
-                vertex.cached_lm_m2((law.reflectance, is_first_met), shares, cache, cut, stream);
+                vertex.cached_lm_m2((bsdf.reflectance, is_first_met), shares, cache, cut, stream);
             self.rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
                 self.sum_lm_m2 += self.weight * known_lm_m2;
                 return false;
             }
         }
-        let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => {
+        let (direct_lm_m2, direct_rays) = match bsdf {
+            Bsdf::Diffuse(bsdf) => {
                 let tell = |event: WalkEvent| {
                     if is_first_met {
                         cache.told(&event)
                     }
                 };
-                vertex.spread_lm_m2(law.reflectance, shares, tell, cut, stream)
+                vertex.spread_lm_m2(bsdf.reflectance, shares, tell, cut, stream)
             }
-            Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
-            law if law.is_specular() => (0.0, 0),
-            law => vertex.glossy_lm_m2(law, shares, cut, stream),
+            Bsdf::Translucent(bsdf) => vertex.translucent_lm_m2(bsdf, [shares, shares_behind], cut, stream),
+            bsdf if bsdf.is_specular() => (0.0, 0),
+            bsdf => vertex.glossy_lm_m2(bsdf, shares, cut, stream),
         };
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
-        if let Law::Diffuse(law) = law
+        if let Bsdf::Diffuse(bsdf) = bsdf
             && stage.near_lights.is_some()
         {
-            let spread = self.weight * shares[1] * law.reflectance;
+            let spread = self.weight * shares[1] * bsdf.reflectance;
             let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), spread, cache, stream);
             self.sum_lm_m2 += spread * near_lx;
             self.rays += near_rays;
@@ -331,40 +331,40 @@ impl Walk<'_> {
         stream: &mut Stream,
     ) -> bool {
         let Vertex { stage, hit, normal, .. } = *vertex;
-        let law = stage.law(hit.triangle);
-        let scattered = match law {
-            Law::Diffuse(law) => {
-                let Some(survivor) = stage.roulette.survivor_weight(self.weight * law.reflectance, stream) else {
+        let bsdf = stage.bsdf(hit.triangle);
+        let scattered = match bsdf {
+            Bsdf::Diffuse(bsdf) => {
+                let Some(survivor) = stage.roulette.survivor_weight(self.weight * bsdf.reflectance, stream) else {
                     return false;
                 };
                 self.weight = survivor;
                 cache.told(&WalkEvent::GoesOn { weight: survivor, sum_lm_m2: self.sum_lm_m2, rays: self.rays });
                 Some(Diffuse::spread(normal, stream))
             }
-            law => law.sample(self.direction, normal, stream),
+            bsdf => bsdf.sample(self.direction, normal, stream),
         };
         let Some(scattered) = scattered else {
             return false;
         };
-        let here = (stage.near_lights.is_some() && matches!(law, Law::Diffuse(_)))
+        let here = (stage.near_lights.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
             .then(|| (stage.tracer.position_m(vertex.origin), normal));
-        if scattered.way.leads_through() {
-            self.origin = stage.leave(hit, scattered.way);
+        if scattered.lobe.leads_through() {
+            self.origin = stage.leave(hit, scattered.lobe);
         }
-        self.has_scattered |= scattered.way != Way::Passed;
-        self.looked_back = match scattered.way {
-            Way::Passed => self.looked_back,
-            Way::Spread => here,
+        self.has_scattered |= scattered.lobe != LobeKind::Passed;
+        self.looked_back = match scattered.lobe {
+            LobeKind::Passed => self.looked_back,
+            LobeKind::Spread => here,
             _ => None,
         };
-        match scattered.way {
-            Way::Spread => self.weight *= share,
-            Way::SpreadThrough => self.weight *= share_behind,
+        match scattered.lobe {
+            LobeKind::Spread => self.weight *= share,
+            LobeKind::SpreadThrough => self.weight *= share_behind,
             _ => {}
         }
         let before = (self.trail.take(), std::mem::replace(&mut self.departure, Departure::Seen));
         let left = Vertex { origin: &self.origin, ..*vertex };
-        (self.trail, self.departure) = left.depart(law, &scattered, before);
+        (self.trail, self.departure) = left.depart(bsdf, &scattered, before);
         self.direction = scattered.direction;
         self.weight > 0.0
     }

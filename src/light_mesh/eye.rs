@@ -20,7 +20,7 @@ use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair};
+use crate::sampling::reflection::{Bsdf, Pair};
 
 /// Chance at most with which a ray goes on from one glossy surface to the next: between two that absorb nothing it would never end.
 const MOST_SURVIVAL: f64 = 0.95;
@@ -151,9 +151,9 @@ impl Eye<'_> {
         ends: &mut Vec<(SubPoint, f64)>,
         shown: &mut Shown,
     ) {
-        let Gloss { end, law, .. } = *gloss;
-        let Some(scattered) = law.sample_gloss(end.direction, end.normal, stream) else { return };
-        let origin = self.stage.leave(&end.hit, scattered.way);
+        let Gloss { end, bsdf, .. } = *gloss;
+        let Some(scattered) = bsdf.sample_gloss(end.direction, end.normal, stream) else { return };
+        let origin = self.stage.leave(&end.hit, scattered.lobe);
         let per_sr = gloss.response_per_sr(scattered.direction);
         let list = self.stage.emitters.list();
         let mut luminaires_cd_m2 = 0.0;
@@ -205,7 +205,7 @@ impl Eye<'_> {
 /// A glossy surface that is seen.
 struct Gloss<'a> {
     end: &'a SubPoint,
-    law: &'a Law,
+    bsdf: &'a Bsdf,
     /// Reflectance of all but the diffuse part.
     reflectance: f64,
 }
@@ -213,16 +213,16 @@ struct Gloss<'a> {
 impl<'a> Gloss<'a> {
     /// None of a surface without gloss.
     fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
-        let law = stage.law(end.hit.triangle);
-        let is_glossy = !law.is_specular() && !matches!(law, Law::Diffuse(_) | Law::Translucent(_));
-        let reflectance = law.total(1.0) - law.diffuse_part();
-        (is_glossy && reflectance > 0.0).then_some(Gloss { end, law, reflectance })
+        let bsdf = stage.bsdf(end.hit.triangle);
+        let is_glossy = !bsdf.is_specular() && !matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_));
+        let reflectance = bsdf.total(1.0) - bsdf.diffuse_part();
+        (is_glossy && reflectance > 0.0).then_some(Gloss { end, bsdf, reflectance })
     }
 
     /// Luminance towards the eye for each lx that comes from a direction, without the diffuse part.
     fn response_per_sr(&self, towards: DVec3) -> f64 {
         let pair = Pair { normal: self.end.normal, towards, leaving: -self.end.direction };
-        (self.law.eval_per_sr(&pair) - FRAC_1_PI * self.law.diffuse_part()).max(0.0)
+        (self.bsdf.eval_per_sr(&pair) - FRAC_1_PI * self.bsdf.diffuse_part()).max(0.0)
     }
 }
 
@@ -233,12 +233,12 @@ fn end_at(stage: &Stage, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace
             places.push(SeenPlace { point_m: end.point_m, normal, origin, weight_per_sr: weight * share / PI });
         }
     };
-    match stage.law(end.hit.triangle) {
-        Law::Diffuse(law) => add(end.normal, end.origin, law.reflectance),
-        Law::Translucent(law) => {
-            add(end.normal, end.origin, law.reflectance);
-            add(-end.normal, end.behind(stage), law.transmittance);
+    match stage.bsdf(end.hit.triangle) {
+        Bsdf::Diffuse(bsdf) => add(end.normal, end.origin, bsdf.reflectance),
+        Bsdf::Translucent(bsdf) => {
+            add(end.normal, end.origin, bsdf.reflectance);
+            add(-end.normal, end.behind(stage), bsdf.transmittance);
         }
-        law => add(end.normal, end.origin, law.diffuse_part()),
+        bsdf => add(end.normal, end.origin, bsdf.diffuse_part()),
     }
 }

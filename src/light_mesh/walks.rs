@@ -101,13 +101,13 @@ fn past_mirrors(
         let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) else {
             return (Some((origin, direction)), rays);
         };
-        let law = stage.law(hit.triangle);
-        if !law.is_specular() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = stage.bsdf(hit.triangle);
+        if !bsdf.is_specular() || !stage.receives(hit.triangle, hit.side) {
             return (Some((origin, direction)), rays);
         }
         let normal = stage.normal_at(&hit);
-        let Some(scattered) = law.sample(direction, normal, stream) else { return (None, rays) };
-        origin = stage.leave(&hit, scattered.way);
+        let Some(scattered) = bsdf.sample(direction, normal, stream) else { return (None, rays) };
+        origin = stage.leave(&hit, scattered.lobe);
         direction = scattered.direction;
     }
     // Mirrors that face each other and absorb nothing: what comes after so many of them is lost.

@@ -18,7 +18,7 @@ use super::exposure::{Exposure, exposed_shares};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
-use crate::estimators::direct::TwoLooks;
+use crate::estimators::direct::SamplePair;
 use crate::maps::basis::{Linear, SLOPES, bends_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::scene::Elements;
@@ -114,9 +114,9 @@ pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.
 #[inline]
-pub fn add_direct(detail: &mut DirectDetail, seen: &TwoLooks, reference: &Linear) -> [f64; 1 + SLOPES] {
+pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Linear) -> [f64; 1 + SLOPES] {
     let known_lx = reference.at(seen.at);
-    let [one_lx, other_lx] = seen.looks_lx.map(|lx| lx - known_lx);
+    let [one_lx, other_lx] = seen.samples_lx.map(|lx| lx - known_lx);
     let beyond_lx = 0.5 * (one_lx + other_lx);
     let bends = bends_at(seen.at);
     for (sum, bend) in detail.bends_lx.iter_mut().zip(bends) {

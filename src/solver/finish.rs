@@ -15,7 +15,7 @@ use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::check::{luminaires_aimed_at_backs, luminaires_behind_surfaces};
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
-use crate::sampling::reflection::Law;
+use crate::sampling::reflection::Bsdf;
 use std::time::Instant;
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
@@ -332,10 +332,10 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     }
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
-        .map(|index| match context.stage.law(job.elements.element(index).triangle) {
+        .map(|index| match context.stage.bsdf(job.elements.element(index).triangle) {
             // What panes absorb depends on the angle and is counted instead.
-            Law::Glass(_) => 0.0,
-            law => 1.0 - law.total(1.0),
+            Bsdf::Glass(_) => 0.0,
+            bsdf => 1.0 - bsdf.total(1.0),
         })
         .collect();
     let absorbed_lm: Vec<f64> = (0..REPLICAS)

@@ -355,8 +355,8 @@ impl Job {
     /// A part of a pass over direct light, or some passes, towards so many.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
         // The first pass makes the control variate of every point, too.
-        let rays_ahead = if self.map.direct_samples.complete == 0 { self.expectations.rays_ahead } else { 0.0 };
-        let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
+        let survey_rays = if self.map.direct_samples.complete == 0 { self.expectations.survey_rays } else { 0.0 };
+        let rays = self.share.rays_per_pass + survey_rays * self.map.len() as f64 / REPLICAS as f64;
         let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
         let rays = match (self.kind, &mut self.adapting.adaptive) {
@@ -411,7 +411,7 @@ impl Job {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.looks.history.clear();
         }
-        self.see(self.judgement);
+        self.forecast_from(self.judgement);
         self.note_judgement();
     }
 
@@ -441,7 +441,7 @@ impl Job {
     fn forget_looks(&mut self) {
         self.looks.history.clear();
         self.looks.held_since = None;
-        self.looks.seen = None;
+        self.looks.latest = None;
     }
 }
 

@@ -16,7 +16,7 @@ use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
 use crate::estimators::neighbours::Sharing;
 use crate::estimators::receiver::Receiver;
-use crate::estimators::reception::DirectLook;
+use crate::estimators::reception::DirectSampler;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
@@ -47,7 +47,7 @@ pub const FEWEST_SITES: usize = 16;
 const RAYS_BETWEEN_LOOKS: f64 = 10_000.0;
 const FEWEST_SAMPLES: u64 = 2;
 /// Looks ahead at an emitter that brings everything: usually, at least and at most.
-const USUAL_LOOKS: f64 = 64.0;
+const USUAL_SURVEY: f64 = 64.0;
 const FEWEST_LOOKS: f64 = 16.0;
 const MOST_LOOKS: f64 = 4096.0;
 /// Other looks are worth another pilot from this factor on.
@@ -170,42 +170,42 @@ pub fn direct_cost(
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.
-                let seen = scratch.look_twice(stage, &element, &mut stream);
-                let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
+                let seen = scratch.sample_twice(stage, &element, &mut stream);
+                let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
             }),
             None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(stage, &element, &mut stream)),
         }
     }
-    (sites.cost(), ControlVariates::planned(USUAL_LOOKS, 0.0))
+    (sites.cost(), ControlVariates::planned(USUAL_SURVEY, 0.0))
 }
 
 /// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
 /// rays: where what samples find beyond their control variate falls with the root of the looks, that is best.
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
-    let (usual, rays_ahead) = looked_ahead(context, set, USUAL_LOOKS);
+    let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
     let error_lx = context.target_error * usual.mean_lx;
     let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
-    let looks = USUAL_LOOKS * rays_of_samples / rays_ahead;
-    if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_LOOKS)) {
-        return (usual, ControlVariates::planned(USUAL_LOOKS, rays_ahead));
+    let looks = USUAL_SURVEY * rays_of_samples / survey_rays;
+    if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_SURVEY)) {
+        return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
     }
     let looks = looks.clamp(FEWEST_LOOKS, MOST_LOOKS);
-    let (cost, rays_ahead) = looked_ahead(context, set, looks);
+    let (cost, survey_rays) = cost_of_surveyed(context, set, looks);
     let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
-    (cost, ControlVariates::planned(looks, rays_ahead))
+    (cost, ControlVariates::planned(looks, survey_rays))
 }
 
 /// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.
-fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f64) {
+fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (PartCost, f64) {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let (mut ahead_rays, mut points) = (0, 0);
     let passes = samples_of_a_site(context, sites_of(context, set), PASSES);
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut scratch = DirectPass::default();
-        let control_variate = DirectLook::expect(stage, quantity, receiver, &mut scratch, looks_ahead);
-        let mut look = DirectLook::new(stage, quantity, receiver, &mut scratch, &control_variate);
+        let control_variate = DirectSampler::expect(stage, quantity, receiver, &mut scratch, survey_samples);
+        let mut look = DirectSampler::new(stage, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
         site.add(context, weight, passes, || look.sample(stream));
         (site, control_variate.rays)

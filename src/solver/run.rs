@@ -8,11 +8,12 @@ mod history;
 mod keeping;
 mod kept;
 mod long_over;
+mod map_states;
 mod next;
 mod observer;
 mod progress;
 mod requests;
-mod standing;
+
 mod state;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -113,7 +114,7 @@ pub(super) fn solve_as(
     heeds_user.store(observer.keeper().is_none() || !is_whole, Ordering::Relaxed);
     observer.progress(&run.progress());
     let stop_reason = run.work();
-    run.standing.forget();
+    run.map_states.forget();
     if is_whole {
         run.keep_end(stop_reason);
     }

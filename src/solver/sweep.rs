@@ -18,7 +18,7 @@ use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
-use crate::estimators::reception::DirectLook;
+use crate::estimators::reception::DirectSampler;
 use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::random::{Purpose, Stream};
@@ -103,7 +103,7 @@ pub fn direct_in_elements(
             let element = Element::of(context.stage, context.scene, elements, index as u32).exposed(exposed[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let seen = scratch.look_twice(context.stage, &element, &mut stream);
+                let seen = scratch.sample_twice(context.stage, &element, &mut stream);
                 let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0]);
                 for (number, lx) in scores_lx.into_iter().enumerate() {
                     direct[number * sites + index] += lx;
@@ -257,13 +257,14 @@ pub fn direct_at_points(
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let control_variate = kept.of(entry).unwrap_or_else(|| {
-                let looks_ahead = kept.looks_ahead;
-                let control_variate = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass, looks_ahead);
+                let survey_samples = kept.survey_samples;
+                let control_variate =
+                    DirectSampler::expect(stage, receivers.quantity, &receiver, &mut pass, survey_samples);
                 rays += control_variate.rays;
                 made.push((entry, control_variate));
                 &made[made.len() - 1].1
             });
-            let mut look = DirectLook::new(stage, receivers.quantity, &receiver, &mut pass, control_variate);
+            let mut look = DirectSampler::new(stage, receivers.quantity, &receiver, &mut pass, control_variate);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {

@@ -38,13 +38,13 @@ fn every_type_of_the_library_has_a_name_of_its_own() {
     assert!(shared.is_empty(), "names of several types each: {shared:#?}");
     let lines = [
         "pub struct Spot {",
-        "    pub(crate) enum Way<'a> {",
+        "    pub(crate) enum LobeKind<'a> {",
         "pub(super) type Point = [f64; 2];",
         "struct Own;",
         "    type Item = usize;",
         "pub fn f()",
     ];
-    assert_eq!(lines.map(type_declared), [Some("Spot"), Some("Way"), Some("Point"), Some("Own"), None, None]);
+    assert_eq!(lines.map(type_declared), [Some("Spot"), Some("LobeKind"), Some("Point"), Some("Own"), None, None]);
     let file = |text: &str| (PathBuf::from("a.rs"), text.to_owned());
     assert_eq!(types_of_one_name(&[file("struct A;\nstruct B;"), file("\nenum A {}")]), ["A: a.rs:1, a.rs:2"]);
 }

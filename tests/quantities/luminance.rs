@@ -11,7 +11,7 @@ use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::sampling::reflection::{Pair, Way};
+use luxmc::sampling::reflection::{LobeKind, Pair};
 use luxmc::scene::{Emission, ReceiverPoint, Scene};
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
@@ -239,8 +239,8 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
     let mut sum = 0.0;
     while let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) {
         let normal = stage.normal(hit.triangle, hit.side);
-        let law = stage.law(hit.triangle);
-        origin = stage.leave(&hit, Way::Spread);
+        let bsdf = stage.bsdf(hit.triangle);
+        origin = stage.leave(&hit, LobeKind::Spread);
         let offset = DVec3::new(0.0, 0.0, 0.5) - stage.tracer.position_m(&origin);
         let one_minus_cos = 1.0 - (1.0 - 0.04 / offset.length_squared()).sqrt();
         let [u, v] = stream.pair();
@@ -252,9 +252,9 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
         let towards = cosine * axis + sine * (turn_cosine * across + turn_sine * upright);
         if towards.dot(normal) > 0.0 && matches!(stage.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
             let pair = Pair { normal, towards, leaving: -direction };
-            sum += law.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
+            sum += bsdf.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
         }
-        let Some(scattered) = law.sample(direction, normal, stream) else { break };
+        let Some(scattered) = bsdf.sample(direction, normal, stream) else { break };
         direction = scattered.direction;
     }
     sum

@@ -1,4 +1,4 @@
-//! Looks ahead from a receiver at one emitter: more of them where it is seen in part.
+//! Survey samples from a receiver of one emitter: more of them where it is seen in part.
 
 use super::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use crate::chain::Stage;
@@ -6,7 +6,7 @@ use crate::estimators::receiver::Receiver;
 use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
 
-/// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
+/// Light samples that both answers, in sight and hidden, count for before the first, where they are too few to stand in order.
 const PRIOR: f64 = 0.4;
 /// Sides of squares, in halvings, that show what of an emitter is seen: first of all, and of one that is seen in part.
 const QUARTERS: u32 = 1;
@@ -14,9 +14,9 @@ const PARTS: u32 = 2;
 /// Deepest halving of squares at the edge of a shadow.
 const DEEPEST: u32 = 6;
 
-// Doubt as a share of what the item brings unshadowed: the root mean square of what looks differed from what was expected, on
+// Doubt as a share of what the item brings unshadowed: the root mean square of what light samples differed from what was expected, on
 // the receivers of the office and the hall, rounded.
-/// Of an emitter that was not looked at.
+/// Of an emitter that was not sampled.
 const UNASKED: f64 = 0.5;
 /// Of an emitter whose quarters all look alike, and whose sixteenths do.
 const QUARTERS_ALIKE: f64 = 0.1;
@@ -26,7 +26,7 @@ const AT_EDGE: f64 = 0.5;
 const ALIKE_AT_EDGE: f64 = 0.25;
 const OFF_EDGE: f64 = 0.2;
 
-/// One emitter as it is looked at ahead.
+/// One emitter as it is surveyed.
 pub struct Survey<'a> {
     stage: &'a Stage,
     receiver: &'a Receiver<'a>,
@@ -41,7 +41,7 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Makes ready to look at an emitter by number.
+    /// Makes ready to survey an emitter by number.
     pub fn new(
         stage: &'a Stage,
         receiver: &'a Receiver<'a>,
@@ -53,12 +53,12 @@ impl<'a> Survey<'a> {
         Survey { stage, receiver, emitter, number, importance, stream, view: None, rays: 0 }
     }
 
-    /// Looks ahead at an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
-    /// look), and says what to expect of it.
-    pub fn look_ahead(&mut self, [total_lx, seen_lx]: [f64; 2], looks_ahead: f64, found: &mut ControlVariate) {
+    /// Surveys an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
+    /// light sample), and says what to expect of it.
+    pub fn take(&mut self, [total_lx, seen_lx]: [f64; 2], survey_samples: f64, found: &mut ControlVariate) {
         // A point is known for certain after one ray.
         if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LIGHT_SAMPLE * seen_lx {
-            let lx = self.look_lx(Square::WHOLE, 0);
+            let lx = self.sample_lx(Square::WHOLE, 0);
             found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
             return;
         }
@@ -67,31 +67,31 @@ impl<'a> Survey<'a> {
             found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
             return;
         }
-        let looks = (looks_ahead * share).ceil();
-        if looks < 4.0 {
-            self.ask_few(looks as u64, found);
-        } else if looks >= 16.0 || !self.ask_quarters(found) {
-            self.ask_parts(looks, found);
+        let samples = (survey_samples * share).ceil();
+        if samples < 4.0 {
+            self.ask_few(samples as u64, found);
+        } else if samples >= 16.0 || !self.ask_quarters(found) {
+            self.ask_parts(samples, found);
         }
     }
 
-    /// A few looks anywhere.
-    fn ask_few(&mut self, looks: u64, found: &mut ControlVariate) {
+    /// A few light samples anywhere.
+    fn ask_few(&mut self, samples: u64, found: &mut ControlVariate) {
         let (mut sum_lx, mut seen) = (0.0, 0.0);
-        for look in 0..looks {
-            let lx = self.look_lx(Square::WHOLE, look);
+        for number in 0..samples {
+            let lx = self.sample_lx(Square::WHOLE, number);
             sum_lx += lx;
             seen += f64::from(u8::from(lx > 0.0));
         }
-        let looks = looks as f64;
-        let share = (seen + PRIOR) / (looks + 2.0 * PRIOR);
+        let samples = samples as f64;
+        let share = (seen + PRIOR) / (samples + 2.0 * PRIOR);
         let doubt_lx = self.importance * (share * (1.0 - share)).sqrt();
-        found.expect(self.number, Square::WHOLE, sum_lx / looks, [0.0; 2], doubt_lx);
+        found.expect(self.number, Square::WHOLE, sum_lx / samples, [0.0; 2], doubt_lx);
     }
 
-    /// A look in each quarter; whether these look alike, so that there is nothing more to ask.
+    /// A light sample in each quarter; whether these look alike, so that there is nothing more to ask.
     fn ask_quarters(&mut self, found: &mut ControlVariate) -> bool {
-        let quarters: [f64; 4] = std::array::from_fn(|place| self.look_lx(Square::of(QUARTERS, place), 0));
+        let quarters: [f64; 4] = std::array::from_fn(|place| self.sample_lx(Square::of(QUARTERS, place), 0));
         let alike = quarters.iter().all(|lx| (*lx > 0.0) == (quarters[0] > 0.0));
         if alike {
             let mean_lx = quarters.iter().sum::<f64>() / 4.0;
@@ -102,10 +102,10 @@ impl<'a> Survey<'a> {
         alike
     }
 
-    /// A look in each of sixteen parts, and more where an edge of a shadow runs.
-    fn ask_parts(&mut self, looks: f64, found: &mut ControlVariate) {
+    /// A light sample in each of sixteen parts, and more where an edge of a shadow runs.
+    fn ask_parts(&mut self, samples: f64, found: &mut ControlVariate) {
         const SIDE: usize = 1 << PARTS;
-        let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.look_lx(Square::of(PARTS, place), 0));
+        let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.sample_lx(Square::of(PARTS, place), 0));
         let is_seen = |place: usize| parts[place] > 0.0;
         if (1..parts.len()).all(|place| is_seen(place) == is_seen(0)) {
             let (mean_lx, slopes_lx, scatter_lx) = fitted(&parts);
@@ -122,26 +122,26 @@ impl<'a> Survey<'a> {
                 || (row + 1 < SIDE && differs(place + SIDE));
             let square = Square::of(PARTS, place);
             if at_edge {
-                self.ask_edge(square, lx, looks, found);
+                self.ask_edge(square, lx, samples, found);
             } else {
                 self.expect_part(square, lx, OFF_EDGE, found);
             }
         }
     }
 
-    /// Looks in the quarters of a square at the edge of a shadow and in theirs, as far as the looks go.
-    fn ask_edge(&mut self, square: Square, lx: f64, looks: f64, found: &mut ControlVariate) {
-        if looks * square.area() < 1.0 || square.level() >= DEEPEST {
+    /// Light samples in the quarters of a square at the edge of a shadow and in theirs, as far as they go.
+    fn ask_edge(&mut self, square: Square, lx: f64, samples: f64, found: &mut ControlVariate) {
+        if samples * square.area() < 1.0 || square.level() >= DEEPEST {
             self.expect_part(square, lx, AT_EDGE, found);
             return;
         }
-        let quarters = square.quarters().map(|quarter| (quarter, self.look_lx(quarter, 0)));
+        let quarters = square.quarters().map(|quarter| (quarter, self.sample_lx(quarter, 0)));
         let alike = quarters.iter().all(|(_, quarter_lx)| (*quarter_lx > 0.0) == (lx > 0.0));
         for (quarter, quarter_lx) in quarters {
             if alike {
                 self.expect_part(quarter, quarter_lx, ALIKE_AT_EDGE, found);
             } else {
-                self.ask_edge(quarter, quarter_lx, looks, found);
+                self.ask_edge(quarter, quarter_lx, samples, found);
             }
         }
     }
@@ -151,17 +151,17 @@ impl<'a> Survey<'a> {
         found.expect(self.number, square, area * lx, [0.0; 2], doubt * area * self.importance);
     }
 
-    /// What a look with its first variates in a square brings, in lx, as if all of the emitter were like that.
-    fn look_lx(&mut self, square: Square, look: u64) -> f64 {
-        self.stream.seek_quasi(u64::from(self.number), u64::from(self.number), look);
+    /// What a light sample with its first variates in a square brings, in lx, as if all of the emitter were like that.
+    fn sample_lx(&mut self, square: Square, number: u64) -> f64 {
+        self.stream.seek_quasi(u64::from(self.number), u64::from(self.number), number);
         self.stream.turn_to_square(square.code(), square);
         let Receiver { point_m, normal, .. } = *self.receiver;
         let view = self.view.get_or_insert_with(|| self.emitter.view(point_m, normal));
-        let Some(look) = view.light_sample(self.stream) else {
+        let Some(sample) = view.light_sample(self.stream) else {
             return 0.0;
         };
         self.rays += 1;
-        look.unshadowed_lx * self.stage.seen_share(&look, self.receiver.origin)
+        sample.unshadowed_lx * self.stage.seen_share(&sample, self.receiver.origin)
     }
 }
 

@@ -12,7 +12,7 @@ use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Reflection, Scattered, Translucent, Way};
+use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
 
 /// Chance with which a surface on a walk's way looks for areas in mirrors: such a look takes as long as several rays, and what it
 /// finds has been reflected once more than what the receiver's own look finds.
@@ -113,40 +113,40 @@ impl Vertex<'_> {
         }
     }
 
-    /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
+    /// What is kept of a walk that leaves from here by a BSDF: its way by mirrors, and how its next ray is to be taken.
     #[inline]
     pub fn depart(
         &self,
-        law: &Law,
+        bsdf: &Bsdf,
         scattered: &Scattered,
         (trail, departure): (Option<Trail>, Departure),
     ) -> (Option<Trail>, Departure) {
         let Vertex { stage, normal, direction, .. } = *self;
         let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
-        match scattered.way {
-            Way::Lobe => {
+        match scattered.lobe {
+            LobeKind::Glossy => {
                 let point_m = stage.tracer.position_m(self.origin);
-                let lobe_per_sr = law.lobe_per_sr(&pair);
+                let lobe_per_sr = bsdf.lobe_per_sr(&pair);
                 let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
                 (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
             }
-            Way::Mirrored => {
+            LobeKind::Mirrored => {
                 let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
                 let facet = stage.mirrors.as_ref().and_then(facet);
-                let on = |trail: Trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction)));
+                let on = |trail: Trail| trail.mirrored(facet, bsdf.mirror_share(normal.dot(direction)));
                 (trail.and_then(on), Departure::Mirrored)
             }
-            Way::Passed => {
-                let share = || if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 };
+            LobeKind::Passed => {
+                let share = || if let Bsdf::Glass(glass) = bsdf { glass.shares(normal.dot(direction))[1] } else { 1.0 };
                 (trail.map(|trail| trail.passed(share())), departure)
             }
-            Way::Spread | Way::SpreadThrough => {
-                let side = if scattered.way == Way::SpreadThrough { -normal } else { normal };
+            LobeKind::Spread | LobeKind::SpreadThrough => {
+                let side = if scattered.lobe == LobeKind::SpreadThrough { -normal } else { normal };
                 let trail = trail_from(stage, ON_THE_WAY, || {
-                    let spread_per_sr = match law {
+                    let spread_per_sr = match bsdf {
                         // One side looks for areas, by chance: both by their shares.
-                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
-                        law => law.spread_per_sr(&pair),
+                        Bsdf::Translucent(bsdf) => bsdf.total(1.0) * FRAC_1_PI,
+                        bsdf => bsdf.spread_per_sr(&pair),
                     };
                     (stage.tracer.position_m(self.origin), side, spread_per_sr)
                 });
@@ -204,18 +204,18 @@ impl Vertex<'_> {
     /// The same from either side of a translucent sheet, chosen by its share.
     pub fn translucent_lm_m2(
         &self,
-        law: &Translucent,
+        bsdf: &Translucent,
         [shares, shares_behind]: [[f64; 2]; 2],
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
-        if stream.unit() * law.total(1.0) < law.reflectance {
-            return self.spread_lm_m2(law.total(1.0), shares, |_| (), cut, stream);
+        if stream.unit() * bsdf.total(1.0) < bsdf.reflectance {
+            return self.spread_lm_m2(bsdf.total(1.0), shares, |_| (), cut, stream);
         }
-        let behind = self.stage.leave(self.hit, Way::SpreadThrough);
+        let behind = self.stage.leave(self.hit, LobeKind::SpreadThrough);
         let (triangle, side) = self.spot;
         Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
-            law.total(1.0),
+            bsdf.total(1.0),
             shares_behind,
             |_| (),
             cut,
@@ -227,7 +227,7 @@ impl Vertex<'_> {
     /// lobe shares, of luminaires and of images in mirrors.
     pub fn glossy_lm_m2(
         &self,
-        law: &Law,
+        bsdf: &Bsdf,
         [direct, mirrored]: [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
@@ -236,7 +236,7 @@ impl Vertex<'_> {
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
         let responses = |towards: DVec3| {
             let pair = pair(towards);
-            let (spread_per_sr, lobe_per_sr) = (law.spread_per_sr(&pair), law.lobe_per_sr(&pair));
+            let (spread_per_sr, lobe_per_sr) = (bsdf.spread_per_sr(&pair), bsdf.lobe_per_sr(&pair));
             let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
@@ -246,13 +246,13 @@ impl Vertex<'_> {
         };
         let pair = pair(sight.towards);
         let brought_lx = sight.unshadowed_lx / sight.probability;
-        let lobe = law.lobe_per_sr(&pair) * brought_lx;
+        let lobe = bsdf.lobe_per_sr(&pair) * brought_lx;
         // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
         let lobe = match sight.emitter.exitance_lm_m2() {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        let looked_lm_m2 = PI * (direct * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        let looked_lm_m2 = PI * (direct * bsdf.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
         (mirrored_lm_m2 + looked_lm_m2, rays + 1)
     }
 }

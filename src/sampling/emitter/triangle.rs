@@ -16,7 +16,7 @@ use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use crate::scene::{Scene, Side};
 
-/// From so many times its radius on a triangle is far enough for a glance: d² varies by half of itself over it, in the root
+/// From so many times its radius on a triangle is far enough for a cheap sample: d² varies by half of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.
 const FAR_FOR_A_CHEAP_SAMPLE: f64 = 2.0;
 /// Parts of an emitting triangle are no wider than this as the eye sees them, in radians: the position index changes
@@ -243,7 +243,7 @@ mod tests {
     /// 2,000,000 is the exact illuminance within 4.5 standard errors (α = 7e-6 each; seed 9), and 1% more, the planted
     /// fault, is not.
     #[test]
-    fn glances_have_the_mean_of_looks() {
+    fn cheap_samples_have_the_mean_of_full_ones() {
         const N: u64 = 2_000_000;
         let text = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
           "geometry": [ { "name": "panel", "type": "rectangle", "origin": [0,0,3], "u": [0,1,0], "v": [1,0,0], "material": "grey" } ],
@@ -270,7 +270,7 @@ mod tests {
             }
             let mean_lx = sum_lx / N as f64;
             let error_lx = ((squares / N as f64 - mean_lx * mean_lx) / N as f64).sqrt();
-            assert!(error_lx > 0.0, "{point_m}: no glance");
+            assert!(error_lx > 0.0, "{point_m}: no cheap sample");
             assert!(
                 (mean_lx - exact_lx).abs() < 4.5 * error_lx,
                 "{point_m}: {mean_lx} ± {error_lx}, exactly {exact_lx}"

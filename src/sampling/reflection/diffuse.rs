@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Pair, Reflection, Scattered, Way};
+use super::{LobeKind, Pair, Reflection, Scattered};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr};
 use glam::DVec3;
@@ -18,7 +18,7 @@ impl Diffuse {
     /// How what survives leaves the side with a normal.
     #[inline]
     pub fn spread(normal: DVec3, stream: &mut Stream) -> Scattered {
-        Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread }
+        Scattered { direction: cosine_hemisphere(normal, stream.pair()), lobe: LobeKind::Spread }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A thin pane: light is mirrored or passes straight on.
 
-use super::{Reflection, Scattered, Way, mirrored};
+use super::{LobeKind, Reflection, Scattered, mirrored};
 use crate::base::pane::glazed_shares;
 use crate::sampling::random::Stream;
 use glam::DVec3;
@@ -28,9 +28,9 @@ impl Reflection for Glass {
         let [reflectance, transmittance] = self.shares(direction.dot(normal));
         let choice = stream.unit();
         if choice < reflectance {
-            return Some(Scattered { direction: mirrored(direction, normal), way: Way::Mirrored });
+            return Some(Scattered { direction: mirrored(direction, normal), lobe: LobeKind::Mirrored });
         }
-        (choice < reflectance + transmittance).then_some(Scattered { direction, way: Way::Passed })
+        (choice < reflectance + transmittance).then_some(Scattered { direction, lobe: LobeKind::Passed })
     }
 
     fn total(&self, cos_in: f64) -> f64 {

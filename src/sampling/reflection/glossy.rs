@@ -1,4 +1,4 @@
-//! A glossy law but for its lobe: a diffuse part, a lobe over max(cos θ_i, cos θ_o), and what that loses, given back by [`Lossless`].
+//! A glossy BSDF but for its lobe: a diffuse part, a lobe over max(cos θ_i, cos θ_o), and what that loses, given back by [`Lossless`].
 //! The reflectance is ρ_d + ρ_s at every angle.
 
 use std::f64::consts::FRAC_1_PI;
@@ -6,11 +6,11 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::lossless::Lossless;
-use super::{Pair, Reflection, Scattered, Way};
+use super::{LobeKind, Pair, Reflection, Scattered};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::cosine_hemisphere;
 
-/// A lobe that reflects all light which arrives along the normal, but for what falls below the horizon: all that makes one glossy law differ
+/// A lobe that reflects all light which arrives along the normal, but for what falls below the horizon: all that makes one glossy BSDF differ
 /// from another.
 pub trait Lobe {
     /// Its width, about its standard deviation across and along in rad.
@@ -26,7 +26,7 @@ pub trait Lobe {
     fn per_sr(&self, pair: &Pair) -> f64;
 }
 
-/// A glossy law with its table.
+/// A glossy BSDF with its table.
 #[derive(Clone, Debug)]
 pub struct Glossy<L> {
     diffuse_reflectance: f64,
@@ -48,9 +48,9 @@ impl<L: Lobe> Glossy<L> {
         let leaving = self.lobe.draw(direction, normal, stream);
         let (cos_in, cos_out) = (-direction.dot(normal), leaving.dot(normal));
         if cos_out > 0.0 && stream.unit() * cos_in < cos_out {
-            return Scattered { direction: leaving, way: Way::Lobe };
+            return Scattered { direction: leaving, lobe: LobeKind::Glossy };
         }
-        Scattered { direction: self.table.draw_rest(normal, stream), way: Way::Spread }
+        Scattered { direction: self.table.draw_rest(normal, stream), lobe: LobeKind::Spread }
     }
 }
 
@@ -58,7 +58,7 @@ impl<L: Lobe> Reflection for Glossy<L> {
     fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         let choice = stream.unit();
         if choice < self.diffuse_reflectance {
-            return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread });
+            return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), lobe: LobeKind::Spread });
         }
         (choice < self.total(1.0)).then(|| self.draw_gloss(direction, normal, stream))
     }

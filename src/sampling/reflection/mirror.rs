@@ -1,6 +1,6 @@
 //! A perfectly flat mirror.
 
-use super::{Reflection, Scattered, Way, mirrored};
+use super::{LobeKind, Reflection, Scattered, mirrored};
 use crate::sampling::random::Stream;
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ impl Reflection for Mirror {
     fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         stream
             .happens(self.reflectance)
-            .then(|| Scattered { direction: mirrored(direction, normal), way: Way::Mirrored })
+            .then(|| Scattered { direction: mirrored(direction, normal), lobe: LobeKind::Mirrored })
     }
 
     fn total(&self, _: f64) -> f64 {

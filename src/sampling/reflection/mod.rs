@@ -1,9 +1,9 @@
-//! Reflection laws: how a packet that arrives at a surface leaves it.
+//! BSDFs: how a packet that arrives at a surface leaves it.
 //!
-//! Every law has a file of its own and stands behind one trait, [`Reflection`]: `sample` draws whether and how a packet leaves,
+//! Every BSDF has a file of its own and stands behind one trait, [`Reflection`]: `sample` draws whether and how a packet leaves,
 //! `pdf_per_sr` is the density of the directions that survivors get, `eval_per_sr` the BRDF (or its like for the other side), `total`
 //! the share that survives. Mirrors and panes send light into single directions: their `pdf` and `eval` are 0, since
-//! no connection finds them. The list of all laws is in this file, once: the call of `laws!`.
+//! no connection finds them. The list of all BSDFs is in this file, once: the call of `bsdfs!`.
 //!
 //! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor carries
 //! all of its flux on. (Walks carry weights from diffuse surfaces: see [`crate::chain::Roulette`].)
@@ -33,7 +33,7 @@ pub use translucent::Translucent;
 use super::random::Stream;
 use crate::scene::ReflectionLaw;
 
-/// What a reflection law can do.
+/// What a BSDF can do.
 pub trait Reflection {
     /// Draws whether a packet that travels along `direction` survives, and if so how it leaves the side with this unit
     /// normal.
@@ -52,7 +52,7 @@ pub trait Reflection {
         self.lobe_per_sr(pair) + self.spread_per_sr(pair)
     }
 
-    /// Its part about a direction, which packets leave by [`Way::Lobe`].
+    /// Its part about a direction, which packets leave by [`LobeKind::Glossy`].
     fn lobe_per_sr(&self, _: &Pair) -> f64 {
         0.0
     }
@@ -62,13 +62,13 @@ pub trait Reflection {
         0.0
     }
 
-    /// Reflectance of the part of a glossy law that sends light alike to all sides; 0 of laws without a lobe.
+    /// Reflectance of the part of a glossy BSDF that sends light alike to all sides; 0 of BSDFs without a lobe.
     fn diffuse_part(&self) -> f64 {
         0.0
     }
 
-    /// Draws how a packet leaves by all the rest of a glossy law, lobe and what makes up for its losses, which it does with a
-    /// probability of `total` less `diffuse_part`. `None` of laws without a lobe.
+    /// Draws how a packet leaves by all the rest of a glossy BSDF, lobe and what makes up for its losses, which it does with a
+    /// probability of `total` less `diffuse_part`. `None` of BSDFs without a lobe.
     fn sample_gloss(&self, _direction: DVec3, _normal: DVec3, _: &mut Stream) -> Option<Scattered> {
         None
     }
@@ -89,36 +89,36 @@ pub trait Reflection {
     }
 }
 
-/// Makes the list of laws: for each what it does, its type here, and how that comes from the law of a scene.
-macro_rules! laws {
-    ($($(#[$what:meta])* $law:ident($ready:ty) from $given:pat => $made:expr;)*) => {
-        /// A reflection law, ready for sampling.
+/// Makes the list of BSDFs: for each what it does, its type here, and how that comes from the BSDF of a scene.
+macro_rules! bsdfs {
+    ($($(#[$what:meta])* $bsdf:ident($ready:ty) from $given:pat => $made:expr;)*) => {
+        /// A BSDF, ready for sampling.
         #[derive(Clone, Debug)]
-        pub enum Law {
-            $($(#[$what])* $law($ready),)*
+        pub enum Bsdf {
+            $($(#[$what])* $bsdf($ready),)*
         }
 
-        impl Law {
-            /// Makes a law ready; one with a lobe tabulates what that loses, some 20 ms.
-            pub fn new(law: &ReflectionLaw) -> Law {
-                match *law {
-                    $($given => Law::$law($made),)*
+        impl Bsdf {
+            /// Makes a BSDF ready; one with a lobe tabulates what that loses, some 20 ms.
+            pub fn new(bsdf: &ReflectionLaw) -> Bsdf {
+                match *bsdf {
+                    $($given => Bsdf::$bsdf($made),)*
                 }
             }
         }
 
-        /// Calls the same method of whichever law it is.
-        macro_rules! of_law {
+        /// Calls the same method of whichever BSDF it is.
+        macro_rules! of_bsdf {
             ($any:expr, $one:ident => $call:expr) => {
                 match $any {
-                    $(Law::$law($one) => $call,)*
+                    $(Bsdf::$bsdf($one) => $call,)*
                 }
             };
         }
     };
 }
 
-laws! {
+bsdfs! {
     /// Lambert's law.
     Diffuse(Diffuse) from ReflectionLaw::Diffuse { reflectance } => Diffuse { reflectance };
     /// A diffuse part and a lobe about the mirror direction.
@@ -137,64 +137,64 @@ laws! {
         Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance };
 }
 
-/// What [`Reflection`] says, of whichever law it is.
+/// What [`Reflection`] says, of whichever BSDF it is.
 #[expect(missing_docs, reason = "see the trait")]
-impl Law {
+impl Bsdf {
     #[inline]
     pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        of_law!(self, law => law.sample(direction, normal, stream))
+        of_bsdf!(self, bsdf => bsdf.sample(direction, normal, stream))
     }
 
     #[inline]
     pub fn total(&self, cos_in: f64) -> f64 {
-        of_law!(self, law => law.total(cos_in))
+        of_bsdf!(self, bsdf => bsdf.total(cos_in))
     }
 
     pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
-        of_law!(self, law => law.pdf_per_sr(pair))
+        of_bsdf!(self, bsdf => bsdf.pdf_per_sr(pair))
     }
 
     pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
-        of_law!(self, law => law.eval_per_sr(pair))
+        of_bsdf!(self, bsdf => bsdf.eval_per_sr(pair))
     }
 
     pub fn lobe_per_sr(&self, pair: &Pair) -> f64 {
-        of_law!(self, law => law.lobe_per_sr(pair))
+        of_bsdf!(self, bsdf => bsdf.lobe_per_sr(pair))
     }
 
     pub fn spread_per_sr(&self, pair: &Pair) -> f64 {
-        of_law!(self, law => law.spread_per_sr(pair))
+        of_bsdf!(self, bsdf => bsdf.spread_per_sr(pair))
     }
 
     pub fn diffuse_part(&self) -> f64 {
-        of_law!(self, law => law.diffuse_part())
+        of_bsdf!(self, bsdf => bsdf.diffuse_part())
     }
 
     pub fn sample_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        of_law!(self, law => law.sample_gloss(direction, normal, stream))
+        of_bsdf!(self, bsdf => bsdf.sample_gloss(direction, normal, stream))
     }
 
     #[inline]
     pub fn is_specular(&self) -> bool {
-        of_law!(self, law => law.is_specular())
+        of_bsdf!(self, bsdf => bsdf.is_specular())
     }
 
     pub fn mirror_share(&self, cos_in: f64) -> f64 {
-        of_law!(self, law => law.mirror_share(cos_in))
+        of_bsdf!(self, bsdf => bsdf.mirror_share(cos_in))
     }
 
     pub fn is_mirror(&self) -> bool {
-        of_law!(self, law => law.is_mirror())
+        of_bsdf!(self, bsdf => bsdf.is_mirror())
     }
 }
 
-impl Law {
+impl Bsdf {
     /// Whether all light that arrives is absorbed.
     #[inline]
     pub fn is_black(&self) -> bool {
         match self {
-            Law::Glass(_) => false,
-            law => law.total(1.0) <= 0.0,
+            Bsdf::Glass(_) => false,
+            bsdf => bsdf.total(1.0) <= 0.0,
         }
     }
 
@@ -210,16 +210,16 @@ pub struct Scattered {
     /// Unit direction.
     pub direction: DVec3,
     /// By which way.
-    pub way: Way,
+    pub lobe: LobeKind,
 }
 
-/// The way that a packet takes off a surface.
+/// The lobe of a BSDF by which a packet leaves a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum LobeKind {
     /// Reflected in all directions.
     Spread,
-    /// Reflected in a lobe about the mirror direction.
-    Lobe,
+    /// Reflected in a glossy lobe, about the mirror direction.
+    Glossy,
     /// Reflected as by a mirror.
     Mirrored,
     /// Passed on to the other side, its direction kept.
@@ -228,11 +228,11 @@ pub enum Way {
     SpreadThrough,
 }
 
-impl Way {
+impl LobeKind {
     /// Whether it leads to the other side of the surface.
     #[inline]
     pub fn leads_through(self) -> bool {
-        matches!(self, Way::Passed | Way::SpreadThrough)
+        matches!(self, LobeKind::Passed | LobeKind::SpreadThrough)
     }
 }
 

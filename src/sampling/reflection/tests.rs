@@ -1,11 +1,11 @@
-//! The shared suite: every law's draws against its BRDF, its BRDF against its total, and reciprocity.
+//! The shared suite: every BSDF's draws against its BRDF, its BRDF against its total, and reciprocity.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Blinn, Glossy, Law, Pair, Phong, Reflection, Way, mirrored};
+use super::{Blinn, Bsdf, Glossy, LobeKind, Pair, Phong, Reflection, mirrored};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReflectionLaw;
 
@@ -40,7 +40,7 @@ fn placed(square: f64, turns: f64, upper: bool) -> DVec3 {
 }
 
 /// ∫ f cos θ dω over each bin of both sides: with q = cos²θ, cos θ dω = ½ dq dφ.
-fn masses(law: &Law, towards: DVec3) -> Vec<f64> {
+fn masses(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     let mut masses = Vec::new();
     for upper in [true, false] {
         for bin in 0..BINS[0] * BINS[1] {
@@ -51,7 +51,7 @@ fn masses(law: &Law, towards: DVec3) -> Vec<f64> {
                 let square = within(k / MIDPOINTS, bin / BINS[1], BINS[0]);
                 let turns = within(k % MIDPOINTS, bin % BINS[1], BINS[1]);
                 let pair = Pair { normal: DVec3::Z, towards, leaving: placed(square, turns, upper) };
-                sum += law.eval_per_sr(&pair);
+                sum += bsdf.eval_per_sr(&pair);
             }
             masses.push(sum * PI / (BINS[0] * BINS[1] * MIDPOINTS * MIDPOINTS) as f64);
         }
@@ -60,19 +60,19 @@ fn masses(law: &Law, towards: DVec3) -> Vec<f64> {
 }
 
 /// Draws that ended in each bin; the last entry counts those that were absorbed.
-fn counts(law: &Law, towards: DVec3) -> Vec<f64> {
+fn counts(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     let half = BINS[0] * BINS[1];
     let mut counts = vec![0.0; 2 * half + 1];
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     for index in 0..DRAWS {
         stream.seek(index);
-        let Some(scattered) = law.sample(-towards, DVec3::Z, &mut stream) else {
+        let Some(scattered) = bsdf.sample(-towards, DVec3::Z, &mut stream) else {
             counts[2 * half] += 1.0;
             continue;
         };
         let direction = scattered.direction;
         assert!((direction.length() - 1.0).abs() < 1e-9, "{direction} is no unit vector");
-        assert_eq!(direction.z < 0.0, scattered.way.leads_through(), "{direction} {:?}", scattered.way);
+        assert_eq!(direction.z < 0.0, scattered.lobe.leads_through(), "{direction} {:?}", scattered.lobe);
         let turns = (direction.y.atan2(direction.x) / TAU).rem_euclid(1.0);
         let bin = |x: f64, bins: usize| ((x * bins as f64) as usize).min(bins - 1);
         let place = bin(direction.z * direction.z, BINS[0]) * BINS[1] + bin(turns, BINS[1]);
@@ -112,21 +112,21 @@ fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
             ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.357 },
         ),
     ];
-    for (law, faulty) in cases {
+    for (bsdf, faulty) in cases {
         for theta_deg in [20.0, 75.0] {
             let towards = at(theta_deg, 40.0);
-            let drawn = counts(&Law::new(&law), towards);
-            let right = chi_square_p(&drawn, &masses(&Law::new(&law), towards));
-            assert!(right > ALPHA, "{law:?} at {theta_deg}: p = {right}");
-            let wrong = chi_square_p(&drawn, &masses(&Law::new(&faulty), towards));
-            assert!(wrong < ALPHA, "{law:?} at {theta_deg}: a planted fault passed, p = {wrong}");
+            let drawn = counts(&Bsdf::new(&bsdf), towards);
+            let right = chi_square_p(&drawn, &masses(&Bsdf::new(&bsdf), towards));
+            assert!(right > ALPHA, "{bsdf:?} at {theta_deg}: p = {right}");
+            let wrong = chi_square_p(&drawn, &masses(&Bsdf::new(&faulty), towards));
+            assert!(wrong < ALPHA, "{bsdf:?} at {theta_deg}: a planted fault passed, p = {wrong}");
         }
     }
 }
 
 #[test]
 fn densities_integrate_to_one() {
-    for law in [
+    for bsdf in [
         ReflectionLaw::Diffuse { reflectance: 0.3 },
         phong(0.3, 0.5, 5.0),
         phong(0.1, 0.2, 60.0),
@@ -134,7 +134,7 @@ fn densities_integrate_to_one() {
         blinn(0.1, 0.2, 240.0),
         ReflectionLaw::Translucent { diffuse_reflectance: 0.1, diffuse_transmittance: 0.6 },
     ] {
-        let law = Law::new(&law);
+        let bsdf = Bsdf::new(&bsdf);
         let towards = at(50.0, 10.0);
         const STEPS: usize = 400;
         let mut sum = 0.0;
@@ -143,7 +143,7 @@ fn densities_integrate_to_one() {
                 let share = |k: usize| (k as f64 + 0.5) / STEPS as f64;
                 let leaving = placed(share(k / STEPS), share(k % STEPS), upper);
                 let pair = Pair { normal: DVec3::Z, towards, leaving };
-                sum += law.pdf_per_sr(&pair) * PI / leaving.z.abs();
+                sum += bsdf.pdf_per_sr(&pair) * PI / leaving.z.abs();
             }
         }
         let integral = sum / (STEPS * STEPS) as f64;
@@ -151,10 +151,10 @@ fn densities_integrate_to_one() {
     }
 }
 
-/// ∫ f cos θ_o dω of a law with a lobe: the lobe over u = cosⁿ⁺¹α and the azimuth about an axis, the rest over the cosine.
+/// ∫ f cos θ_o dω of a BSDF with a lobe: the lobe over u = cosⁿ⁺¹α and the azimuth about an axis, the rest over the cosine.
 /// `leaving_of` gives the direction that light leaves in, and the ratio of solid angles there and about the axis.
 fn directional_reflectance(
-    law: &impl Reflection,
+    bsdf: &impl Reflection,
     exponent: f64,
     towards: DVec3,
     axis: DVec3,
@@ -173,7 +173,7 @@ fn directional_reflectance(
         for j in 0..AROUND {
             let (sin, cos) = (TAU * (j as f64 + 0.5) / AROUND as f64).sin_cos();
             let (leaving, ratio) = leaving_of(axis * cos_alpha + (t * cos + b * sin) * sin_alpha);
-            let value = ratio * law.lobe_per_sr(&Pair { normal: DVec3::Z, towards, leaving });
+            let value = ratio * bsdf.lobe_per_sr(&Pair { normal: DVec3::Z, towards, leaving });
             lobe += value * leaving.z.max(0.0) * du * TAU / AROUND as f64 / ((exponent + 1.0) * u / cos_alpha);
         }
     }
@@ -183,7 +183,7 @@ fn directional_reflectance(
             let x = (k as f64 + 0.5) / STEPS as f64;
             let (cos, dcos) = (x.powi(3), 3.0 * x * x / STEPS as f64);
             let leaving = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-            TAU * cos * dcos * law.spread_per_sr(&Pair { normal: DVec3::Z, towards, leaving })
+            TAU * cos * dcos * bsdf.spread_per_sr(&Pair { normal: DVec3::Z, towards, leaving })
         })
         .sum();
     lobe + spread
@@ -192,15 +192,15 @@ fn directional_reflectance(
 #[test]
 fn gloss_loses_nothing_at_any_angle_and_exponent() {
     for exponent in [0.0, 0.5, 3.0, 60.0, 1000.0, 1e5] {
-        let law = Glossy::new(0.15, 0.8, Phong { exponent });
+        let bsdf = Glossy::new(0.15, 0.8, Phong { exponent });
         for theta_deg in [0.0, 30.0, 60.0, 80.0, 88.0, 89.9] {
             let towards = at(theta_deg, 25.0);
             let axis = mirrored(-towards, DVec3::Z);
-            let reflectance = directional_reflectance(&law, exponent, towards, axis, |leaving| (leaving, 1.0));
+            let reflectance = directional_reflectance(&bsdf, exponent, towards, axis, |leaving| (leaving, 1.0));
             assert!((reflectance - 0.95).abs() < 1e-3, "n = {exponent}, {theta_deg} degrees: {reflectance}");
-            let law = Glossy::new(0.15, 0.8, Blinn { exponent });
+            let bsdf = Glossy::new(0.15, 0.8, Blinn { exponent });
             let leaving_of = |half: DVec3| (mirrored(-towards, half), 4.0 * towards.dot(half).max(0.0));
-            let reflectance = directional_reflectance(&law, exponent, towards, DVec3::Z, leaving_of);
+            let reflectance = directional_reflectance(&bsdf, exponent, towards, DVec3::Z, leaving_of);
             assert!((reflectance - 0.95).abs() < 1e-3, "Blinn, n = {exponent}, {theta_deg} degrees: {reflectance}");
         }
     }
@@ -213,7 +213,7 @@ fn gloss_loses_nothing_at_any_angle_and_exponent() {
 
 #[test]
 fn exchanging_the_directions_changes_nothing() {
-    for law in [
+    for bsdf in [
         ReflectionLaw::Diffuse { reflectance: 0.7 },
         phong(0.1, 0.8, 0.0),
         phong(0.1, 0.8, 17.3),
@@ -223,17 +223,17 @@ fn exchanging_the_directions_changes_nothing() {
         blinn(0.3, 0.6, 1e5),
         ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
     ] {
-        let law = Law::new(&law);
+        let bsdf = Bsdf::new(&bsdf);
         for (one, other) in [
             (at(20.0, 0.0), at(21.0, 181.0)),
             (at(60.0, 30.0), at(59.9, 210.05)),
             (at(85.0, 0.0), at(10.0, 77.0)),
             (at(89.9, 0.0), at(89.0, 180.5)),
         ] {
-            let there = law.eval_per_sr(&Pair { normal: DVec3::Z, towards: one, leaving: other });
-            let back = law.eval_per_sr(&Pair { normal: DVec3::Z, towards: other, leaving: one });
+            let there = bsdf.eval_per_sr(&Pair { normal: DVec3::Z, towards: one, leaving: other });
+            let back = bsdf.eval_per_sr(&Pair { normal: DVec3::Z, towards: other, leaving: one });
             // The mirror direction is rounded differently both ways: n times 1e-15.
-            assert!((there - back).abs() <= 1e-9 * there, "{law:?}: {there} {back}");
+            assert!((there - back).abs() <= 1e-9 * there, "{bsdf:?}: {there} {back}");
         }
     }
 }
@@ -244,36 +244,36 @@ fn mirrors_and_panes_keep_their_shares_and_directions() {
     const N: u64 = 400_000;
     let direction = DVec3::new(0.6, 0.3, -0.2).normalize();
     let cos_in = -direction.z;
-    for law in [
+    for bsdf in [
         ReflectionLaw::Mirror { reflectance: 0.9 },
         ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 1.0 },
         ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 0.7 },
     ] {
-        let law = Law::new(&law);
+        let bsdf = Bsdf::new(&bsdf);
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
         let (mut mirrored, mut passed) = (0.0, 0.0);
         for index in 0..N {
             stream.seek(index);
-            match law.sample(direction, DVec3::Z, &mut stream) {
-                Some(scattered) if scattered.way == Way::Mirrored => {
+            match bsdf.sample(direction, DVec3::Z, &mut stream) {
+                Some(scattered) if scattered.lobe == LobeKind::Mirrored => {
                     assert!(scattered.direction.distance(direction * DVec3::new(1.0, 1.0, -1.0)) < 1e-15);
                     mirrored += 1.0;
                 }
                 Some(scattered) => {
-                    assert_eq!((scattered.way, scattered.direction), (Way::Passed, direction));
+                    assert_eq!((scattered.lobe, scattered.direction), (LobeKind::Passed, direction));
                     passed += 1.0;
                 }
                 None => {}
             }
         }
-        let shares = [law.mirror_share(cos_in), law.total(cos_in) - law.mirror_share(cos_in)];
+        let shares = [bsdf.mirror_share(cos_in), bsdf.total(cos_in) - bsdf.mirror_share(cos_in)];
         for (count, share) in [(mirrored, shares[0]), (passed, shares[1])] {
             let allowed = 4.9 * (share * (1.0 - share) / N as f64).sqrt();
-            assert!((count / N as f64 - share).abs() <= allowed + 1e-12, "{law:?}: {count} {share}");
+            assert!((count / N as f64 - share).abs() <= allowed + 1e-12, "{bsdf:?}: {count} {share}");
             let faulty = (1.02 * share - share).abs() > allowed;
             assert!(faulty || share == 0.0, "a planted fault would pass");
         }
         let pair = Pair { normal: DVec3::Z, towards: -direction, leaving: at(30.0, 0.0) };
-        assert_eq!((law.eval_per_sr(&pair), law.pdf_per_sr(&pair)), (0.0, 0.0));
+        assert_eq!((bsdf.eval_per_sr(&pair), bsdf.pdf_per_sr(&pair)), (0.0, 0.0));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Pair, Reflection, Scattered, Way};
+use super::{LobeKind, Pair, Reflection, Scattered};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr};
 use glam::DVec3;
@@ -20,10 +20,10 @@ impl Reflection for Translucent {
     fn sample(&self, _: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         let choice = stream.unit();
         if choice < self.reflectance {
-            return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread });
+            return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), lobe: LobeKind::Spread });
         }
         (choice < self.total(1.0))
-            .then(|| Scattered { direction: cosine_hemisphere(-normal, stream.pair()), way: Way::SpreadThrough })
+            .then(|| Scattered { direction: cosine_hemisphere(-normal, stream.pair()), lobe: LobeKind::SpreadThrough })
     }
 
     fn pdf_per_sr(&self, pair: &Pair) -> f64 {

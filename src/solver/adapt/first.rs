@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::{Adaptive, slope_from_m};
-use crate::estimators::direct::{DirectPass, TwoLooks};
+use crate::estimators::direct::{DirectPass, SamplePair};
 use crate::estimators::element::Element;
 use crate::maps::Detail;
 use crate::maps::basis::{Linear, slopes_at};
@@ -41,7 +41,7 @@ pub struct Cutting {
     /// Rays of a look at a point, about.
     rays_of_a_look: f64,
     elements: Elements,
-    looks: Vec<DirectLooks>,
+    looks: Vec<DirectSamples>,
     /// Mean area of the elements of this round.
     mean_m2: f64,
     round: u32,
@@ -144,7 +144,7 @@ impl Cutting {
             return;
         }
         if self.done == 0 {
-            self.looks.resize(self.elements.len(), DirectLooks::default());
+            self.looks.resize(self.elements.len(), DirectSamples::default());
             let all_m2: f64 = (0..self.elements.len()).map(|index| self.area_m2(context, index)).sum();
             self.mean_m2 = all_m2 / self.elements.len() as f64;
         }
@@ -165,7 +165,7 @@ impl Cutting {
 
     /// Cuts what loses too much; where nothing does, or there is no time for another round, this was the last.
     fn cut(&mut self, context: &Context) {
-        let lost_lx2 = |(index, looks): (usize, &DirectLooks)| looks.lost_lx2(self.is_sloped(context, index));
+        let lost_lx2 = |(index, looks): (usize, &DirectSamples)| looks.lost_lx2(self.is_sloped(context, index));
         let lost_lx2 = self.looks.iter().enumerate().map(lost_lx2);
         let cuts = cuts_of(context, &self.elements, lost_lx2, self.goal_lx2(), MOST_PILOTED);
         let is_last = self.round == PILOT_ROUNDS || (context.time_left)() != TimeLeft::Enough;
@@ -177,7 +177,7 @@ impl Cutting {
         let looks_of = |index: u32| {
             let parent = parent_of(&self.elements, &finer, index);
             let kept = finer.element(index) == self.elements.element(parent);
-            if kept { self.looks[parent as usize] } else { DirectLooks::default() }
+            if kept { self.looks[parent as usize] } else { DirectSamples::default() }
         };
         self.looks = (0..finer.len() as u32).map(looks_of).collect();
         (self.elements, self.round, self.done) = (finer, self.round + 1, 0);
@@ -185,7 +185,7 @@ impl Cutting {
 
     /// Where elements were too many for the pilot they are all that it did not look at.
     fn stop_looking(&mut self) {
-        self.looks.resize(self.elements.len(), DirectLooks::default());
+        self.looks.resize(self.elements.len(), DirectSamples::default());
         let direct_lx = self.means_lx[0];
         for looks in self.looks.iter_mut().filter(|looks| looks.points == 0) {
             (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear::even(direct_lx));
@@ -199,9 +199,9 @@ impl Cutting {
         let range = self.done..(self.done + at_once).min(self.elements.len());
         let (exposed, rays) =
             exposed_shares(context, &self.elements, range.clone(), |index| match self.looks[index as usize] {
-                DirectLooks { points: 0, .. } => Exposure::Unknown,
-                DirectLooks { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
-                DirectLooks { exposed, .. } => Exposure::Known(exposed),
+                DirectSamples { points: 0, .. } => Exposure::Unknown,
+                DirectSamples { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
+                DirectSamples { exposed, .. } => Exposure::Known(exposed),
             });
         self.looks[range.clone()].iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
         self.exposed.get_or_insert_default().extend(exposed);
@@ -226,18 +226,18 @@ impl Cutting {
             let look = |point: usize| {
                 stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
                 let at = element.draw(context.stage, &mut stream);
-                let seen = pass.look_twice_at(context.stage, &element, at, &mut stream);
+                let seen = pass.sample_twice_at(context.stage, &element, at, &mut stream);
                 rays += seen.rays;
                 // What receives light is not covered.
-                if seen.looks_lx.iter().any(|lx| *lx > 0.0) {
+                if seen.samples_lx.iter().any(|lx| *lx > 0.0) {
                     return Some(seen);
                 }
                 let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
                 rays += asked;
                 (!covered).then_some(seen)
             };
-            let seen: Vec<TwoLooks> = (0..points).filter_map(look).collect();
-            *looks = DirectLooks { points, exposed: seen.len() as f64 / points as f64, ..DirectLooks::fit(&seen) };
+            let seen: Vec<SamplePair> = (0..points).filter_map(look).collect();
+            *looks = DirectSamples { points, exposed: seen.len() as f64 / points as f64, ..DirectSamples::fit(&seen) };
             rays
         });
         rays.sum()
@@ -246,7 +246,7 @@ impl Cutting {
 
 /// What the pilot saw of an element's direct light.
 #[derive(Clone, Copy, Debug, Default)]
-struct DirectLooks {
+struct DirectSamples {
     /// Points that were looked at, 0 at first.
     points: usize,
     /// Share of them that is not covered.
@@ -259,7 +259,7 @@ struct DirectLooks {
     left_lx2: f64,
 }
 
-impl DirectLooks {
+impl DirectSamples {
     /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
     fn reference_lx(&self) -> Linear {
         if self.exposed < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
@@ -278,7 +278,7 @@ impl DirectLooks {
     ///
     /// Both looks are fitted apart: the product of their residuals has no part of their chance, and none at all where
     /// the light is linear.
-    fn fit(seen: &[TwoLooks]) -> DirectLooks {
+    fn fit(seen: &[SamplePair]) -> DirectSamples {
         let rows: Vec<Vector3<f64>> = seen
             .iter()
             .map(|seen| {
@@ -288,20 +288,25 @@ impl DirectLooks {
             .collect();
         let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
         let Some(inverse) = normal.try_inverse() else {
-            return DirectLooks::default();
+            return DirectSamples::default();
         };
         let [one, other] = [0, 1].map(|look| {
-            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
+            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.samples_lx[look]).sum();
             inverse * sums
         });
-        let product = |(row, seen): (&Vector3<f64>, &TwoLooks)| {
-            (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other))
+        let product = |(row, seen): (&Vector3<f64>, &SamplePair)| {
+            (seen.samples_lx[0] - row.dot(&one)) * (seen.samples_lx[1] - row.dot(&other))
         };
         let sum: f64 = rows.iter().zip(seen).map(product).sum();
         let count = seen.len() as f64;
         let left_lx2 = sum / (count - 3.0).max(1.0);
         let fitted = 0.5 * (one + other);
-        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.looks_lx[0] + seen.looks_lx[1])).sum::<f64>() / count;
-        DirectLooks { mean_lx, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
+        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.samples_lx[0] + seen.samples_lx[1])).sum::<f64>() / count;
+        DirectSamples {
+            mean_lx,
+            fitted_lx: Linear([fitted.x, fitted.y, fitted.z]),
+            left_lx2,
+            ..DirectSamples::default()
+        }
     }
 }

@@ -12,9 +12,9 @@ use crate::solver::ErrorParts;
 use crate::solver::context::Context;
 use crate::solver::spending::Activity;
 
-/// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
+/// An entry is judged in the time of this many rays, about, and judging for forecasts may take this share of a run.
 const RAYS_OF_AN_ENTRY: f64 = 1.0;
-const SHARE_OF_GLANCES: f64 = 0.01;
+const SHARE_OF_JUDGING: f64 = 0.01;
 /// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
 const SHARE_OF_CHANCE: f64 = 0.75;
 // Standard deviations of the logarithm of the work, by what it is told. These, and what follows, were measured in the rooms of even seeds of
@@ -111,7 +111,7 @@ impl Job {
 
     /// What keeps it from a target but chance, by its latest look.
     pub fn hindrance(&self, target: f64) -> Option<Hindrance> {
-        let (judgement, _) = self.looks.seen.as_ref()?;
+        let (judgement, _) = self.looks.latest.as_ref()?;
         if self.looks.refused {
             return Some(Hindrance::Check(self.looks.refusals));
         }
@@ -124,7 +124,7 @@ impl Job {
 
     /// The error that it states by its latest look.
     pub fn stated_error(&self) -> Option<f64> {
-        self.looks.seen.as_ref().map(|(judgement, _)| judgement.stated_error())
+        self.looks.latest.as_ref().map(|(judgement, _)| judgement.stated_error())
     }
 
     /// Whether anything of its error is known but what its pilot lets expect, be it on coarser elements.
@@ -134,13 +134,13 @@ impl Job {
 
     /// Whether anything of the error of its present samples is known but what its pilot lets expect.
     pub fn is_judged(&self) -> bool {
-        self.looks.seen.is_some()
+        self.looks.latest.is_some()
     }
 
     /// The error so far: by the latest look, be it on coarser elements, or what as many rays of walks or counts would leave by the
     /// pilot. None where the pilot found no light.
     pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
-        match &self.looks.seen {
+        match &self.looks.latest {
             Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
             _ => self.adapting.before_cut.map(|before| before.error).or_else(|| self.error_by_pilot(context)),
         }
@@ -156,11 +156,11 @@ impl Job {
     }
 
     /// Looks at the error, to tell it and not to decide by it, where that takes little beside so many rays.
-    pub fn glance(&mut self, rays: f64) {
-        let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_GLANCES * rays;
+    pub fn judge_for_forecast(&mut self, rays: f64) {
+        let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_JUDGING * rays;
         let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
         // Before a first look there are too few samples to tell more than the pilot.
-        let is_new = self.looks.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
+        let is_new = self.looks.latest.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
         let counts = !self.black && self.engine != Engine::Gather && self.samples > 0 && !self.met;
         if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
             return;
@@ -168,23 +168,23 @@ impl Job {
         let mut judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if judgement.mean_lx > 0.0 && !judgement.unseen {
             // What elements cannot show is what it was.
-            judgement.discretisation = self.looks.seen.map_or(0.0, |(seen, _)| seen.discretisation);
-            self.see(judgement);
+            judgement.discretisation = self.looks.latest.map_or(0.0, |(seen, _)| seen.discretisation);
+            self.forecast_from(judgement);
         }
     }
 
     /// Keeps a judgement as the latest of its present samples, from which forecasts start.
-    pub(super) fn see(&mut self, judgement: Judgement) {
-        self.looks.seen = Some((judgement, self.samples));
+    pub(super) fn forecast_from(&mut self, judgement: Judgement) {
+        self.looks.latest = Some((judgement, self.samples));
         let parts = self.score_parts();
-        self.looks.scores_seen = effective_scores(parts).unwrap_or(f64::INFINITY);
-        self.looks.tail_spare_seen = spare_for_tail(parts);
+        self.looks.latest_scores = effective_scores(parts).unwrap_or(f64::INFINITY);
+        self.looks.latest_tail_spare = spare_for_tail(parts);
     }
 
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
     /// no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
-        match (&self.looks.seen, self.rays_left_to_gather()) {
+        match (&self.looks.latest, self.rays_left_to_gather()) {
             (_, Some(rays)) => Some(self.left_by_plan(rays)),
             (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
                 Some(self.left_by_look(context, target))
@@ -282,7 +282,7 @@ impl Job {
 
     /// By its samples so far and the error that they left.
     fn left_by_look(&self, context: &Context, target: f64) -> Forecast {
-        let Some((judgement, seen_at)) = &self.looks.seen else {
+        let Some((judgement, seen_at)) = &self.looks.latest else {
             return Forecast::default();
         };
         let done = self.kept_rays() as f64;
@@ -294,7 +294,7 @@ impl Job {
             let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
-        let passing = work_to_pass(needed, self.looks.scores_seen, self.looks.tail_spare_seen);
+        let passing = work_to_pass(needed, self.looks.latest_scores, self.looks.latest_tail_spare);
         let beyond = if self.engine == Engine::Walk { PASSES_BEYOND_FORECAST } else { 0.0 };
         let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64 + beyond);
         if self.looks.refused {
@@ -303,14 +303,15 @@ impl Job {
             return Forecast { low: next, ..Forecast::spread(expected, DEVIATION_BY_REFUSAL) }.less(done);
         }
         let left = (1.0 - 1.0 / needed).max(0.0);
-        let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.looks.scores_seen, 1.0 / needed, exponent);
+        let of_chance =
+            deviation_of_work(judgement.degrees_of_freedom, self.looks.latest_scores, 1.0 / needed, exponent);
         let is_of_law = self.engine != Engine::Collision;
         let of_law = if is_of_law { DEVIATION_OF_EXPONENT * needed.ln().max(0.0) / exponent } else { 0.0 };
         let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
         let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
         // A tail may hold the map up not at all, or twice as often as expected.
-        let of_tail = work_for_tail(self.looks.tail_spare_seen).ln() / NINE_OF_TEN;
+        let of_tail = work_for_tail(self.looks.latest_tail_spare).ln() / NINE_OF_TEN;
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt()).hypot(of_tail);
         // What the pilot said counts the more the less the look tells, and the less the farther it is from that: it may have missed
         // what few walks or chains bring.

@@ -27,12 +27,12 @@ pub struct Looks {
     /// Samples at the latest.
     pub judged_samples: u64,
     /// What is known of the error, and the samples of which it is known: the latest judgement, or one for forecasts
-    /// alone since (`Job::glance`).
-    pub seen: Option<(Judgement, u64)>,
+    /// alone since (`Job::judge_for_forecast`).
+    pub latest: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
-    pub scores_seen: f64,
+    pub latest_scores: f64,
     /// Times its squared error that it would have to bear then for its tail not to hold it up.
-    pub tail_spare_seen: f64,
+    pub latest_tail_spare: f64,
     /// What the statistical checks found when they were last run: they are run again where a run goes on.
     #[serde(skip)]
     pub checks: Vec<StatisticalCheck>,
@@ -49,9 +49,9 @@ impl Default for Looks {
         Looks {
             history: History::default(),
             judged_samples: 0,
-            seen: None,
-            scores_seen: f64::INFINITY,
-            tail_spare_seen: 1.0,
+            latest: None,
+            latest_scores: f64::INFINITY,
+            latest_tail_spare: 1.0,
             checks: Vec::new(),
             held_since: None,
             refusals: 0,

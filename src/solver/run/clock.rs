@@ -68,3 +68,23 @@ impl Clock {
         left.times(share * of_timed_s + (1.0 - share) * seconds, deviation_ln)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run of 1,000 pilot rays in 1 s and 3,000 of its own in 2 s is to trace 6,000 more: at its rate in 4 s; where half of them were
+    /// timed and take 0.1 ms each, in 2.3 s; and where more were timed than are left, as these.
+    #[test]
+    fn rays_that_were_timed_take_what_they_took() {
+        let mut clock = Clock::begun(5.0);
+        clock.pilots_end(1000, 6.0);
+        let left = Forecast { expected: 6000.0, low: 5000.0, high: 8000.0 };
+        let seconds = |timed: (f64, f64)| clock.seconds_of(left, timed, 4000, 8.0);
+        assert!((seconds((0.0, 0.0)).expected - 4.0).abs() < 1e-12);
+        assert!((seconds((3000.0, 0.3)).expected - 2.3).abs() < 1e-12);
+        assert!((seconds((9000.0, 0.9)).expected - 0.6).abs() < 1e-12);
+        let known = seconds((3000.0, 0.3));
+        assert!(known.low < 2.3 * 5.0 / 6.0 && known.high > 2.3 * 8.0 / 6.0, "the rate is not certain: {known:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! How a run stands: the rows of its history, and what its observer is told.
 
+use super::map_states::may_look_at_all;
 use super::progress::Progress;
-use super::standing::may_look_at_all;
 use super::state::Run;
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
@@ -29,9 +29,9 @@ impl Run<'_> {
         self.recorded_at = Some(rays);
         let affordable = rays as f64 / self.convergence.len().max(1) as f64;
         for job in self.jobs.iter_mut().filter(|job| job.bound) {
-            job.glance(affordable);
+            job.judge_for_forecast(affordable);
         }
-        self.standing.forget();
+        self.map_states.forget();
         let row = self.convergence_row();
         self.convergence.extend(row);
     }

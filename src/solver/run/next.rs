@@ -1,6 +1,6 @@
 //! Which map a run goes on with, and whether all are done.
 
-use super::standing::Stand;
+use super::map_states::MapState;
 use super::state::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
 use crate::solver::StopReason;
 use crate::solver::job::Job;
@@ -9,11 +9,11 @@ impl Run<'_> {
     /// The job to go on with: of those that still have work, the bound one of whose work the least share is done, so that the largest of
     /// them is known early; an unbound one where its share allows.
     pub(super) fn next_job(&mut self) -> Option<usize> {
-        if !self.standing.is_known() {
-            let stands: Vec<Stand> = self.jobs.iter().map(|job| self.stand_of(job)).collect();
-            self.standing.note_all(stands.into_iter());
+        if !self.map_states.is_known() {
+            let states: Vec<MapState> = self.jobs.iter().map(|job| self.state_of(job)).collect();
+            self.map_states.note_all(states.into_iter());
         }
-        match self.standing.next() {
+        match self.map_states.next() {
             [Some(index), Some(other)] => {
                 let unbound = &self.jobs[other];
                 let next_rays = unbound.rays_to(self.goal(unbound));
@@ -30,21 +30,21 @@ impl Run<'_> {
 
     /// Notes how a map stands that has changed.
     pub(super) fn note(&mut self, index: usize) {
-        let stand = self.stand_of(&self.jobs[index]);
-        self.standing.note(index, stand);
+        let state = self.state_of(&self.jobs[index]);
+        self.map_states.note(index, state);
     }
 
-    fn stand_of(&self, job: &Job) -> Stand {
+    fn state_of(&self, job: &Job) -> MapState {
         let open = !self.is_done(job);
         let turn = if open && job.bound { self.turn_of(job) } else { 0.0 };
         let (rays, all_rays, bytes) = (job.work.rays, job.all_rays(), job.bytes_of_gathering());
-        Stand { bound: job.bound, open, turn, rays, all_rays, bytes }
+        MapState { bound: job.bound, open, turn, rays, all_rays, bytes }
     }
 
     /// Rays so far of all bound, or of all unbound maps.
     pub(super) fn rays_of(&self, bound: bool) -> f64 {
         let sum = || self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.work.rays).sum::<u64>();
-        self.standing.rays_of(bound).unwrap_or_else(sum) as f64
+        self.map_states.rays_of(bound).unwrap_or_else(sum) as f64
     }
 
     /// Rays that maps which the target does not bind may still take beside the bound ones' so far, and so many more of theirs.
@@ -55,7 +55,7 @@ impl Run<'_> {
     /// All rays so far.
     pub(super) fn all_rays(&self) -> u64 {
         let sum = || self.jobs.iter().map(Job::all_rays).sum::<u64>();
-        self.context.stage.selection_rays() + self.standing.all_rays().unwrap_or_else(sum)
+        self.context.stage.selection_rays() + self.map_states.all_rays().unwrap_or_else(sum)
     }
 
     /// When a map's turn is, the least first: by the share of its work that is done, as far as that can be forecast, else as if half were.

@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use super::clock::Clock;
 use super::long_over::{LONG_OVER, PATIENCE_S, is_long_over, patience_s};
+use super::map_states::MapStates;
 use super::observer::Observer;
 use super::requests::choose_jobs;
-use super::standing::Standing;
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
 use crate::solver::choice;
@@ -52,7 +52,7 @@ pub struct Run<'a> {
     /// How fast its rays are.
     pub clock: Clock,
     /// How far its maps are.
-    pub standing: Standing,
+    pub map_states: MapStates,
     /// Rays after which the observer was last told how it stands.
     pub told_at: Option<u64>,
     /// Rays after which its history last had a row.
@@ -79,7 +79,7 @@ impl<'a> Run<'a> {
             convergence: Vec::new(),
             spending: Spending::default(),
             clock: Clock::begun(observer.wall_s()),
-            standing: Standing::default(),
+            map_states: MapStates::default(),
             told_at: None,
             recorded_at: None,
         }
@@ -281,7 +281,7 @@ impl Run<'_> {
         self.note(index);
         if !self.keeps_to_its_memory() {
             // A map has gone over to walks or counts, which keep sums alone: how all maps stand is found anew.
-            self.standing.forget();
+            self.map_states.forget();
             return;
         }
         if !arrived || goal < self.jobs[index].next_judgement {
@@ -346,7 +346,7 @@ impl Run<'_> {
             return true;
         };
         let of_maps = || self.jobs.iter().map(Job::bytes_of_gathering).sum::<usize>();
-        let all = sets.bytes() + self.standing.bytes().unwrap_or_else(of_maps);
+        let all = sets.bytes() + self.map_states.bytes().unwrap_or_else(of_maps);
         if all as u64 <= self.most_bytes_of_cells {
             return true;
         }

@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 const FEW_MAPS: usize = 64;
 const RAYS_OF_A_LOOK: u64 = 100;
 
-/// How a map stands.
+/// The state of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stand {
+pub(super) struct MapState {
     /// Whether the target binds it.
     pub bound: bool,
     /// Whether it still has work.
@@ -42,10 +42,10 @@ impl Ord for TurnKey {
     }
 }
 
-/// How all maps stand; nothing is known until all have been noted.
+/// The states of all maps; nothing is known until all have been noted.
 #[derive(Debug, Default)]
-pub(super) struct Standing {
-    stands: Vec<Stand>,
+pub(super) struct MapStates {
+    states: Vec<MapState>,
     bound: BTreeSet<(TurnKey, u64, usize)>,
     unbound: BTreeSet<(u64, usize)>,
     /// Sums over the maps that the target does not bind, and over those that it does.
@@ -56,41 +56,41 @@ pub(super) struct Standing {
     looks: u64,
 }
 
-impl Standing {
+impl MapStates {
     /// Whether all maps have been noted.
     pub fn is_known(&self) -> bool {
-        !self.stands.is_empty()
+        !self.states.is_empty()
     }
 
     /// Forgets all: more than one map may have changed.
     pub fn forget(&mut self) {
-        *self = Standing { looks: self.looks, ..Standing::default() };
+        *self = MapStates { looks: self.looks, ..MapStates::default() };
     }
 
     /// Notes all maps anew.
-    pub fn note_all(&mut self, stands: impl Iterator<Item = Stand>) {
+    pub fn note_all(&mut self, states: impl Iterator<Item = MapState>) {
         self.forget();
-        for stand in stands {
+        for state in states {
             self.looks += 1;
-            self.stands.push(stand);
-            self.add(self.stands.len() - 1, true);
+            self.states.push(state);
+            self.add(self.states.len() - 1, true);
         }
     }
 
     /// Notes a map that has changed, where all are known.
-    pub fn note(&mut self, index: usize, stand: Stand) {
+    pub fn note(&mut self, index: usize, state: MapState) {
         if !self.is_known() {
             return;
         }
         self.looks += 1;
         self.add(index, false);
-        self.stands[index] = stand;
+        self.states[index] = state;
         self.add(index, true);
     }
 
     /// Counts a map, or no more.
     fn add(&mut self, index: usize, counts: bool) {
-        let Stand { bound, open, turn, rays, all_rays, bytes } = self.stands[index];
+        let MapState { bound, open, turn, rays, all_rays, bytes } = self.states[index];
         let of_kind = &mut self.rays[usize::from(bound)];
         (*of_kind, self.all_rays, self.bytes) = match counts {
             true => (*of_kind + rays, self.all_rays + all_rays, self.bytes + bytes),
@@ -159,10 +159,10 @@ mod tests {
     fn what_is_kept_is_what_a_look_at_all_would_tell() {
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         stream.seek(0);
-        let mut stand = || {
+        let mut state = || {
             let mut number = |most: f64| (stream.unit() * most) as u64;
             let (rays, more) = (number(6.0), number(3.0));
-            Stand {
+            MapState {
                 bound: number(4.0) > 0,
                 open: number(3.0) > 0,
                 turn: number(5.0) as f64 / 5.0,
@@ -171,31 +171,31 @@ mod tests {
                 bytes: more as usize,
             }
         };
-        let mut stands: Vec<Stand> = (0..40).map(|_| stand()).collect();
-        let mut standing = Standing::default();
-        assert_eq!((standing.next(), standing.all_rays()), ([None; 2], None));
-        standing.note_all(stands.iter().copied());
+        let mut states: Vec<MapState> = (0..40).map(|_| state()).collect();
+        let mut map_states = MapStates::default();
+        assert_eq!((map_states.next(), map_states.all_rays()), ([None; 2], None));
+        map_states.note_all(states.iter().copied());
         for change in 0..2000 {
             let index = change * 7 % 40;
-            stands[index] = stand();
-            standing.note(index, stands[index]);
-            let open = || stands.iter().enumerate().filter(|(_, stand)| stand.open);
+            states[index] = state();
+            map_states.note(index, states[index]);
+            let open = || states.iter().enumerate().filter(|(_, state)| state.open);
             let bound = open()
-                .filter(|(_, stand)| stand.bound)
+                .filter(|(_, state)| state.bound)
                 .min_by(|(_, one), (_, other)| one.turn.total_cmp(&other.turn).then(one.rays.cmp(&other.rays)));
-            let unbound = open().filter(|(_, stand)| !stand.bound).min_by_key(|(_, stand)| stand.rays);
-            assert_eq!(standing.next(), [bound, unbound].map(|one| one.map(|(index, _)| index)));
-            let sum = |of: &dyn Fn(&Stand) -> u64| stands.iter().map(of).sum::<u64>();
-            assert_eq!(standing.all_rays(), Some(sum(&|stand| stand.all_rays)));
-            assert_eq!(standing.bytes(), Some(sum(&|stand| stand.bytes as u64) as usize));
+            let unbound = open().filter(|(_, state)| !state.bound).min_by_key(|(_, state)| state.rays);
+            assert_eq!(map_states.next(), [bound, unbound].map(|one| one.map(|(index, _)| index)));
+            let sum = |of: &dyn Fn(&MapState) -> u64| states.iter().map(of).sum::<u64>();
+            assert_eq!(map_states.all_rays(), Some(sum(&|state| state.all_rays)));
+            assert_eq!(map_states.bytes(), Some(sum(&|state| state.bytes as u64) as usize));
             for bound in [false, true] {
                 assert_eq!(
-                    standing.rays_of(bound),
-                    Some(sum(&|stand| if stand.bound == bound { stand.rays } else { 0 }))
+                    map_states.rays_of(bound),
+                    Some(sum(&|state| if state.bound == bound { state.rays } else { 0 }))
                 );
             }
         }
-        assert_eq!(standing.looks(), 2040);
+        assert_eq!(map_states.looks(), 2040);
     }
 
     /// Counts what it is told.
@@ -244,10 +244,10 @@ mod tests {
             run.tell();
             slices += 1;
             if forgets {
-                run.standing.forget();
+                run.map_states.forget();
             }
         }
-        [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.standing.looks(), observer.0.into_inner()]
+        [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.map_states.looks(), observer.0.into_inner()]
     }
 
     /// A slice looks at its own map, twice, and all maps are looked at for so many rays each.
