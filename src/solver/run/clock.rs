@@ -10,6 +10,9 @@ const ENOUGH_RAYS: f64 = 0.25;
 /// six kinds of rooms on a busy machine.
 const DEVIATION_BY_PILOTS: f64 = 0.35;
 const DEVIATION: f64 = 0.1;
+/// A ray of a pilot takes so many times as long as one of a run, since pilots look for what is in sight and how to sample it (1.4 to 2.7
+/// in five made-up rooms).
+const PILOT_OVER_RUN: f64 = 2.0;
 /// No ray takes less, in s: a clock that stands still tells nothing.
 const LEAST_SECONDS: f64 = 1e-12;
 
@@ -38,27 +41,30 @@ impl Clock {
         self.piloted = Some((rays, wall_s));
     }
 
-    /// Seconds of a ray at a time, with their deviation.
-    fn seconds_per_ray(&self, rays: u64, wall_s: f64) -> (f64, f64) {
-        let of_all = (wall_s - self.begun_wall_s) / rays.max(1) as f64;
-        let Some((pilot_rays, pilots_wall_s)) = self.piloted else {
-            return (of_all, DEVIATION_BY_PILOTS);
-        };
+    /// Seconds that a ray of the run took, where enough of them were traced.
+    fn seconds_of_own(&self, rays: u64, wall_s: f64) -> Option<f64> {
+        let (pilot_rays, pilots_wall_s) = self.piloted?;
         let own = rays.saturating_sub(pilot_rays) as f64;
-        if own < ENOUGH_RAYS * pilot_rays as f64 || own == 0.0 {
-            return (of_all, DEVIATION_BY_PILOTS);
-        }
-        ((wall_s - pilots_wall_s) / own, DEVIATION)
+        let is_enough = own > 0.0 && own >= ENOUGH_RAYS * pilot_rays as f64;
+        is_enough.then(|| (wall_s - pilots_wall_s) / own)
     }
 
-    /// Rays so far over the seconds that they took.
+    /// Seconds that a ray took, those of pilots too.
+    fn seconds_of_any(&self, rays: u64, wall_s: f64) -> f64 {
+        (wall_s - self.begun_wall_s) / rays.max(1) as f64
+    }
+
+    /// Rays over the seconds that they took: those of the run, or of the pilots as long as there are few others.
     pub fn rays_per_s(&self, rays: u64, wall_s: f64) -> f64 {
-        1.0 / self.seconds_per_ray(rays, wall_s).0.max(LEAST_SECONDS)
+        let seconds = self.seconds_of_own(rays, wall_s).unwrap_or_else(|| self.seconds_of_any(rays, wall_s));
+        1.0 / seconds.max(LEAST_SECONDS)
     }
 
     /// Seconds that rays which are left will take, of which so many were timed by their kinds, at the rate of the run so far and at theirs.
     pub fn seconds_of(&self, left: Forecast, (timed_rays, timed_s): (f64, f64), rays: u64, wall_s: f64) -> Forecast {
-        let (seconds, deviation_ln) = self.seconds_per_ray(rays, wall_s);
+        let by_pilots = || (self.seconds_of_any(rays, wall_s) / PILOT_OVER_RUN, DEVIATION_BY_PILOTS);
+        let of_own = self.seconds_of_own(rays, wall_s).map(|seconds| (seconds, DEVIATION));
+        let (seconds, deviation_ln) = of_own.unwrap_or_else(by_pilots);
         let timed_rays_at_most = timed_rays.min(left.expected);
         if timed_rays_at_most <= 0.0 {
             return left.times(seconds, deviation_ln);
@@ -82,6 +88,8 @@ mod tests {
         let left = Forecast { expected: 6000.0, low: 5000.0, high: 8000.0 };
         let seconds = |timed: (f64, f64)| clock.seconds_of(left, timed, 4000, 8.0);
         assert!((seconds((0.0, 0.0)).expected - 4.0).abs() < 1e-12);
+        // After pilots alone: half of what their rays took.
+        assert!((clock.seconds_of(left, (0.0, 0.0), 1000, 6.0).expected - 3.0).abs() < 1e-12);
         assert!((seconds((3000.0, 0.3)).expected - 2.3).abs() < 1e-12);
         assert!((seconds((9000.0, 0.9)).expected - 0.6).abs() < 1e-12);
         let known = seconds((3000.0, 0.3));
