@@ -41,6 +41,11 @@ impl Clock {
         self.piloted = Some((rays, wall_s));
     }
 
+    /// Whether pilots have ended.
+    pub fn has_piloted(&self) -> bool {
+        self.piloted.is_some()
+    }
+
     /// Seconds that a ray of the run took, where enough of them were traced.
     fn seconds_of_own(&self, rays: u64, wall_s: f64) -> Option<f64> {
         let (pilot_rays, pilots_wall_s) = self.piloted?;

@@ -92,6 +92,9 @@ impl Run<'_> {
         let piloted = Instant::now();
         self.jobs = choose_jobs(self.context, &self.settings.maps);
         self.cut_elements();
+        // Pilots of gathering and of local estimation come after this, and may take longer.
+        self.record(false);
+        self.tell();
         self.context.pace.begin(self.all_rays(), piloted.elapsed());
         self.prepare();
         self.spending.add(Activity::Pilots, self.context.stage.selection_rays(), piloted.elapsed());
