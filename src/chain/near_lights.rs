@@ -258,7 +258,7 @@ impl NearLights {
     /// What a place receives from a spot, with its share beside walks from the place that meet it; its rays are those of seeing it.
     pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: LookedBack, to_origin: &Origin) -> LookBack {
         let LitSpot { emitter, hit, normal, .. } = spot;
-        let (leaving, way) = match spot.leaving {
+        let (leaving, lobe) = match spot.leaving {
             Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
             Leaving::EitherSide { reflected, passed } => {
                 let lit_m = stage.tracer.position_m(&stage.leave(hit, LobeKind::Spread));
@@ -269,9 +269,9 @@ impl NearLights {
         if leaving <= 0.0 {
             return LookBack::nothing(0);
         }
-        let place_origin = stage.leave(hit, way);
+        let place_origin = stage.leave(hit, lobe);
         let point_m = stage.tracer.position_m(&place_origin);
-        let seen = if way == LobeKind::SpreadThrough { -normal } else { *normal };
+        let seen = if lobe == LobeKind::SpreadThrough { -normal } else { *normal };
         let met_per_m2 = seen_per_m2((point_m, seen), to);
         let lit_per_m2 = self.lit_per_m2(stage, *emitter, (point_m, *normal));
         if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {

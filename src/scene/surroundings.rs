@@ -75,7 +75,7 @@ pub(super) fn read(
         (Area::Background, [-band_m; 2], [width_m + band_m, depth_m + band_m], background_m),
     ];
     let (mut sets, mut left) = (Vec::new(), most);
-    for (area, low_m, high_m, coarse_m) in rings.into_iter().filter(|(.., coarse_m)| *coarse_m > 0.0) {
+    for (area, low_m, high_m, broad_m) in rings.into_iter().filter(|(.., broad_m)| *broad_m > 0.0) {
         let Some(requirements) = requirements::about(&task.requirements, area) else {
             return Err(node.refuse(
                 "what surroundings are to keep follows from the average that the task asks for, and it asks for none",
@@ -83,7 +83,7 @@ pub(super) fn read(
                 "name the entry, or leave out \"surroundings\"",
             ));
         };
-        let ring = RingCells::about(area, low_m, high_m, coarse_m, rectangle.sides_m);
+        let ring = RingCells::about(area, low_m, high_m, broad_m, rectangle.sides_m);
         if ring.cells() > left {
             return Err(refuse_too_many(&node, ring.cells()));
         }
@@ -169,26 +169,26 @@ struct RingCells {
 }
 
 impl RingCells {
-    /// The cells about the rectangle from `low_m` to `high_m`, `coarse_m` wide.
-    fn about(area: Area, low_m: [f64; 2], high_m: [f64; 2], coarse_m: f64, task_m: [f64; 2]) -> RingCells {
+    /// The cells about the rectangle from `low_m` to `high_m`, `broad_m` wide.
+    fn about(area: Area, low_m: [f64; 2], high_m: [f64; 2], broad_m: f64, task_m: [f64; 2]) -> RingCells {
         let whole_m = match area {
             // The band is as finely looked at as the task.
             Area::Surroundings => task_m,
-            _ => [0, 1].map(|axis| high_m[axis] - low_m[axis] + 2.0 * coarse_m),
+            _ => [0, 1].map(|axis| high_m[axis] - low_m[axis] + 2.0 * broad_m),
         };
         let apart_m = en_12464_distance_m([whole_m[0].max(whole_m[1]), whole_m[0].min(whole_m[1])]);
         let cells = |span_m: f64| (span_m / apart_m).round().max(1.0);
-        let strip = cells(coarse_m);
+        let strip = cells(broad_m);
         let axis = |axis: usize| {
             let (low_m, high_m) = (low_m[axis], high_m[axis]);
             let middle = cells(high_m - low_m);
             let span = |from_m: f64, to_m: f64, count: f64| {
                 (0..count as usize).map(move |index| from_m + (to_m - from_m) * index as f64 / count)
             };
-            let lines_m: Vec<f64> = span(low_m - coarse_m, low_m, strip)
+            let lines_m: Vec<f64> = span(low_m - broad_m, low_m, strip)
                 .chain(span(low_m, high_m, middle))
-                .chain(span(high_m, high_m + coarse_m, strip))
-                .chain([high_m + coarse_m])
+                .chain(span(high_m, high_m + broad_m, strip))
+                .chain([high_m + broad_m])
                 .collect();
             (lines_m, strip as usize..(strip + middle) as usize)
         };

@@ -317,9 +317,7 @@ impl Job {
 
     /// Rays a second of such work as is next towards a goal, if any of it was done.
     pub fn rays_per_s_of_next(&self, goal: u64) -> Option<f64> {
-        let activity = self.next_activity(goal);
-        let (rays, seconds) = (self.work.spending.rays(activity), self.work.spending.seconds(activity));
-        (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds)
+        self.work.spending.seconds_per_ray(&[self.next_activity(goal)], 1).map(f64::recip)
     }
 
     /// What the next slice is about.
@@ -327,11 +325,7 @@ impl Job {
         if self.map.direct_samples.complete < self.passes_at(goal) {
             return Activity::Direct;
         }
-        match self.engine {
-            Engine::Gather => self.next_of_gathering(),
-            Engine::Walk => Activity::Walks,
-            Engine::Collision | Engine::Local(_) => Activity::Chains,
-        }
+        self.engine.activity().unwrap_or_else(|| self.next_of_gathering())
     }
 
     /// Whether the map has come to the goal by it.

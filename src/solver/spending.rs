@@ -92,6 +92,13 @@ impl Spending {
         self.seconds.iter().sum()
     }
 
+    /// Seconds that a ray of some kinds takes, where at least so many of them were traced and timed.
+    pub fn seconds_per_ray(&self, kinds: &[Activity], fewest_rays: u64) -> Option<f64> {
+        let rays: u64 = kinds.iter().map(|kind| self.rays(*kind)).sum();
+        let seconds: f64 = kinds.iter().map(|kind| self.seconds(*kind)).sum();
+        (rays >= fewest_rays && seconds > 0.0).then(|| seconds / rays as f64)
+    }
+
     /// Seconds of computing of one kind.
     pub fn seconds(&self, activity: Activity) -> f64 {
         self.seconds[activity as usize]

@@ -6,6 +6,7 @@ use crate::maps::MapKind;
 use crate::scene::Scene;
 use crate::solver::Method;
 use crate::solver::local::Kernel;
+use crate::solver::spending::Activity;
 
 /// What estimates the indirect light of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +31,15 @@ impl Engine {
             (MapKind::Receivers(_), Method::Local) => Engine::Local(Kernel::Bounded),
             (MapKind::Receivers(_), Method::LocalNaive) => Engine::Local(Kernel::Naive),
             (MapKind::Receivers(_), _) => Engine::Walk,
+        }
+    }
+
+    /// What its work at indirect light is; gathering has several kinds.
+    pub(super) fn activity(self) -> Option<Activity> {
+        match self {
+            Engine::Gather => None,
+            Engine::Walk => Some(Activity::Walks),
+            Engine::Collision | Engine::Local(_) => Some(Activity::Chains),
         }
     }
 

@@ -80,27 +80,21 @@ pub(super) struct BeforeCut {
 }
 
 impl Job {
-    /// Seconds that a ray of the map's work to come takes, by what rays of its kinds took so far: those of direct light look ahead, and take
-    /// longer than those of walks. `None` before they are timed.
+    /// Seconds that a ray of the map's work to come takes, by what rays of its kinds took so far: those of direct light find control
+    /// variates, and take longer than those of walks. `None` before they are timed.
     pub fn seconds_per_ray(&self) -> Option<f64> {
-        let timed = |activities: &[Activity]| {
-            let spent = &self.work.spending;
-            let rays: u64 = activities.iter().map(|activity| spent.rays(*activity)).sum();
-            let seconds: f64 = activities.iter().map(|activity| spent.seconds(*activity)).sum();
-            (rays >= TIMED_RAYS).then_some(seconds / rays as f64)
-        };
-        let direct_rays = self.share.rays_per_pass * self.share.passes_per_sample;
-        let of_direct = direct_rays / (direct_rays + self.share.rays_per_indirect).max(f64::MIN_POSITIVE);
-        let of_both = |indirect: Activity| {
-            let indirect_s = timed(&[indirect])?;
-            Some(of_direct * timed(&[Activity::Direct]).unwrap_or(indirect_s) + (1.0 - of_direct) * indirect_s)
-        };
-        match self.engine {
-            _ if self.black => timed(&[Activity::Direct]),
-            Engine::Gather => timed(&[Activity::Direct, Activity::Gathering, Activity::Cells, Activity::ResidualWalks]),
-            Engine::Walk => of_both(Activity::Walks),
-            Engine::Collision | Engine::Local(_) => of_both(Activity::Chains),
+        let timed = |kinds: &[Activity]| self.work.spending.seconds_per_ray(kinds, TIMED_RAYS);
+        let of_direct = timed(&[Activity::Direct]);
+        if self.black {
+            return of_direct;
         }
+        let Some(indirect) = self.engine.activity() else {
+            return timed(&[Activity::Direct, Activity::Gathering, Activity::Cells, Activity::ResidualWalks]);
+        };
+        let indirect_s = timed(&[indirect])?;
+        let direct_rays = self.share.rays_per_pass * self.share.passes_per_sample;
+        let direct_share = direct_rays / (direct_rays + self.share.rays_per_indirect).max(f64::MIN_POSITIVE);
+        Some(direct_share * of_direct.unwrap_or(indirect_s) + (1.0 - direct_share) * indirect_s)
     }
 
     /// What is known of it now, to be kept while its elements are cut.

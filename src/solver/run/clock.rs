@@ -70,13 +70,11 @@ impl Clock {
         let by_pilots = || (self.seconds_of_any(rays, wall_s) / PILOT_OVER_RUN, DEVIATION_BY_PILOTS);
         let of_own = self.seconds_of_own(rays, wall_s).map(|seconds| (seconds, DEVIATION));
         let (seconds, deviation_ln) = of_own.unwrap_or_else(by_pilots);
-        let timed_rays_at_most = timed_rays.min(left.expected);
-        if timed_rays_at_most <= 0.0 {
+        if timed_rays <= 0.0 || left.expected <= 0.0 {
             return left.times(seconds, deviation_ln);
         }
-        let of_timed_s = timed_s / timed_rays;
-        let share = timed_rays_at_most / left.expected;
-        left.times(share * of_timed_s + (1.0 - share) * seconds, deviation_ln)
+        let share = (timed_rays / left.expected).min(1.0);
+        left.times(share * timed_s / timed_rays + (1.0 - share) * seconds, deviation_ln)
     }
 }
 

@@ -1,6 +1,5 @@
 //! What a run may be expected to take, by its pilots and a few slices of work: for several targets and methods, and the error that a time limit affords.
 
-use super::clock::Clock;
 use super::observer::Observer;
 use super::requests::{adapts, choose_jobs};
 use super::state::{Run, SHARE_OF_MEMORY};
@@ -70,9 +69,8 @@ pub fn expectations(
             time_left: &time_left,
             pace: Pace::within(PACE_S),
         };
-        let clock = Clock::begun(observer.wall_s());
         let mut run = Run::new(&context, &settings, Some(target), observer, u64::MAX);
-        (run.jobs, run.clock) = (whole_jobs(&context, &settings), clock);
+        run.jobs = whole_jobs(&context, &settings);
         run.start_gathering();
         run.clock.pilots_end(run.all_rays(), observer.wall_s());
         run.time_some_slices();
