@@ -1,13 +1,13 @@
 //! luxmc computes illuminance and luminance of a lit scene, with an error it can vouch for.
 //!
-//! The program `luxmc` is described by the `README.md` and its files by `docs/formats.md`. This page is for those who compute from
-//! Rust: read a scene, solve it, look at its maps.
+//! `README.md` describes the program `luxmc`, and `docs/formats.md` its files. This page is for users who compute from Rust: read a
+//! scene, solve it, use its maps.
 //!
 //! # Read a scene
 //!
-//! [`read_scene`] reads a scene file and all files that it names; [`scene_from_json`] reads its text. What is read is a [`Scene`]
-//! in SI units that is valid as a whole: whatever is wrong with a file is told here, by a [`SceneError`] that says where, what was
-//! expected, and a remedy.
+//! [`read_scene`] reads a scene file and all files that it names; [`scene_from_json`] reads the text of a scene. The result is a
+//! [`Scene`] in SI units that is valid as a whole. A fault in a file is reported here, by a [`SceneError`] that states the position,
+//! what was expected, and a remedy.
 //!
 //! ```
 //! use std::path::Path;
@@ -16,7 +16,8 @@
 //!   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
 //!   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
 //!   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2.2], "luminous_flux_lm": 3000 } ],
-//!   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0], "columns": 8, "rows": 4 } ] }"#;
+//!   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0],
+//!     "columns": 8, "rows": 4 } ] }"#;
 //! let scene = luxmc::scene_from_json(text, None, Path::new("."))?;
 //! assert_eq!((scene.triangles.len(), scene.luminaires.len()), (12, 1));
 //!
@@ -27,9 +28,9 @@
 //!
 //! # Solve it
 //!
-//! [`solve`] computes the maps that [`Settings`] ask for, until their target error is met, a limit ends the run, or the
-//! [`Observer`] that watches it interrupts; [`Silent`] watches nothing. Without a time limit the same seed gives the same bytes on any
-//! number of threads.
+//! [`solve`] computes the maps that [`Settings`] select. It ends when their target error is met, a limit is reached, or the
+//! [`Observer`] interrupts it; [`Silent`] is an observer that does nothing. Without a time limit the same seed gives the same bytes on
+//! any number of threads.
 //!
 //! ```
 //! use luxmc::{MapSelection, Settings, Silent, solve};
@@ -38,7 +39,8 @@
 //! #   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
 //! #   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
 //! #   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2.2], "luminous_flux_lm": 3000 } ],
-//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0], "columns": 8, "rows": 4 } ] }"#;
+//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0],
+//! #     "columns": 8, "rows": 4 } ] }"#;
 //! # let scene = luxmc::scene_from_json(text, None, std::path::Path::new("."))?;
 //! let settings = Settings { target_error: Some(0.02), maps: MapSelection::Receivers, seed: 1, ..Settings::default() };
 //! let solution = solve(&scene, &settings, &Silent);
@@ -47,10 +49,11 @@
 //! # Ok::<(), luxmc::SceneError>(())
 //! ```
 //!
-//! # Look at its maps
+//! # Use its maps
 //!
-//! A [`Solution`] has a [`MapResult`] for the elements of all surfaces and for each set of receivers: illuminances in lx (of a
-//! luminance receiver luminances in cd/m²) with a standard error each, and rows of a table: average, least, greatest, uniformity.
+//! A [`Solution`] has a [`MapResult`] for the elements of all surfaces and for each set of receivers. It holds illuminances in lx (for
+//! a luminance receiver, luminances in cd/m²), each with a standard error. It also has table rows with average, least and greatest
+//! value and uniformity.
 //!
 //! ```
 //! # use luxmc::{MapSelection, Settings, Silent, solve};
@@ -58,7 +61,8 @@
 //! #   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
 //! #   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
 //! #   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2.2], "luminous_flux_lm": 3000 } ],
-//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0], "columns": 8, "rows": 4 } ] }"#;
+//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0],
+//! #     "columns": 8, "rows": 4 } ] }"#;
 //! # let scene = luxmc::scene_from_json(text, None, std::path::Path::new("."))?;
 //! # let settings = Settings { target_error: Some(0.02), maps: MapSelection::Receivers, seed: 1, ..Settings::default() };
 //! # let solution = solve(&scene, &settings, &Silent);
@@ -72,9 +76,9 @@
 //!
 //! # Run it as the program does
 //!
-//! A [`SceneRun`] takes the options of `luxmc solve` in its words ([`RunOptions`]), checks them against the scene as it does, solves
-//! by every method that it has, and [`RunStory`] writes its files. A [`Failure`] says what was refused in the program's words, and
-//! with which exit code.
+//! A [`SceneRun`] takes the options of `luxmc solve` as text ([`RunOptions`]) and checks them against the scene as the program does. It
+//! offers all methods of the program, and [`RunStory`] writes the program's files. A [`Failure`] has the program's error message and
+//! exit code.
 //!
 //! ```
 //! use luxmc::{RunOptions, SceneRun, Silent};
@@ -83,7 +87,8 @@
 //! #   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
 //! #   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
 //! #   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2.2], "luminous_flux_lm": 3000 } ],
-//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0], "columns": 8, "rows": 4 } ] }"#;
+//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0],
+//! #     "columns": 8, "rows": 4 } ] }"#;
 //! # let scene = luxmc::scene_from_json(text, None, std::path::Path::new("."))?;
 //! let mut options = RunOptions::default();
 //! options.set("target_error", "2%")?;
@@ -99,23 +104,24 @@
 //!
 //! # An exact solution
 //!
-//! Between two infinite parallel planes the illuminance of a point source is known exactly: [`sobolev`] has it to twelve digits,
-//! direct and reflected.
+//! The illuminance of a point source between two infinite parallel planes is known exactly. [`sobolev`] computes it, direct and
+//! reflected, to twelve digits.
 //!
 //! ```
 //! use luxmc::{SobolevPlane, SobolevProblem, sobolev};
 //!
-//! // A source of 1 cd half-way between planes that are 1 m apart and reflect half; 1 m beside it.
+//! // A source of 1 cd half-way between planes 1 m apart, with reflectance 0.5; 1 m beside the foot of its perpendicular.
 //! let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
 //! let found = sobolev(&problem, SobolevPlane::One, 1.0).expect("a problem with a solution");
 //! assert!((found.direct_lx - 0.5 / 1.25f64.powf(1.5)).abs() < 1e-12);
 //! assert!(found.total_lx > found.direct_lx);
 //! ```
 //!
-//! # The house behind it
+//! # Internal modules
 //!
-//! The rest of the library is for those who work on luxmc itself. It is not shown here, and changes without notice;
-//! `docs/architecture.md` draws its rooms, and `CONTRIBUTING.md` says which files a new material, luminaire or estimator touches.
+//! The rest of the library is for developers of luxmc itself. It is not shown here, and changes without notice.
+//! `docs/architecture.md` describes its rooms, and `CONTRIBUTING.md` lists the files that a new material, luminaire or estimator
+//! touches.
 
 #[doc(inline)]
 pub use analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
@@ -130,7 +136,7 @@ pub use scene::{Scene, SceneError};
 #[doc(inline)]
 pub use solver::{MapSelection, Observer, Settings, Silent, Solution, solve};
 
-// The rooms stand on floors; a room uses only rooms on floors above it in this list.
+// The modules ("rooms") form layers, separated by blank lines. A room uses only rooms of layers above its own in this list.
 
 #[doc(hidden)]
 pub mod base;

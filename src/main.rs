@@ -1,4 +1,4 @@
-//! The `luxmc` program: everything it does is in the library's `cli` room.
+//! The `luxmc` program. All of its code is in the library's `cli` room.
 
 #[global_allocator]
 static MEMORY: luxmc::base::memory::CountedMemory = luxmc::base::memory::CountedMemory;

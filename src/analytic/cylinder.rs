@@ -7,43 +7,43 @@ use super::error::{AnalyticError, require, require_length, require_light, requir
 /// Illuminance on the inside of an infinitely long cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CylinderValue {
-    /// Straight from the line, lx.
+    /// Direct illuminance from the line, lx.
     pub direct_lx: f64,
-    /// After one reflection or more, lx.
+    /// Illuminance after one or more reflections, lx.
     pub indirect_lx: f64,
 }
 
 impl CylinderValue {
-    /// Both together, lx.
+    /// Sum of direct and indirect illuminance, lx.
     pub fn total_lx(&self) -> f64 {
         self.direct_lx + self.indirect_lx
     }
 }
 
-/// An infinitely long diffuse cylinder, with a line of isotropic points parallel to its axis.
+/// An infinitely long diffuse cylinder with a line of isotropic points parallel to its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitCylinder {
     /// Radius, m.
     pub radius_m: f64,
     /// Reflectance, 0 to below 1.
     pub reflectance: f64,
-    /// Flux of a metre of the line, lm/m.
+    /// Flux per metre of the line, lm/m.
     pub flux_per_length_lm_m: f64,
-    /// Distance of the line from the axis as a part of the radius, 0 to below 1.
+    /// Distance of the line from the axis over the radius, 0 to below 1.
     pub offset: f64,
 }
 
-/// A term of the series below this part of the sum is the last: it falls at least as 1/m² besides.
+/// The series ends at a term below this part of the sum. The terms also fall at least as 1/m².
 const NOTHING: f64 = 1e-17;
 
-/// The terms fall as tᵐ/m² or faster, so that this many leave below 1e-14 even at t = 1.
+/// The terms fall as tᵐ/m² or faster. After this many terms the rest is below 1e-14 even at t = 1.
 const MOST_TERMS: usize = 10_000_000;
 
 impl LitCylinder {
-    /// Illuminance at the angle `angle_rad` from the direction in which the line is off the axis.
+    /// Illuminance at `angle_rad`, measured around the axis from the direction in which the line is offset.
     ///
-    /// Units: rad, lx. Accuracy: 1e-13 of the total for offsets to 0.999. The kernel |sin(φ/2)|/4 has the eigenvalues
-    /// 1/(1 − 4m²), so that each Fourier term of the direct light is divided by 1 − ρ/(1 − 4m²).
+    /// Units: rad, lx. Accuracy: 1e-13 of the total for offsets to 0.999. The kernel |sin(φ/2)|/4 has the eigenvalues 1/(1 − 4m²).
+    /// Each Fourier term of the direct light is therefore divided by 1 − ρ/(1 − 4m²).
     ///
     /// # Errors
     /// A radius that is not positive, a reflectance or offset outside [0, 1), negative flux.
@@ -74,7 +74,7 @@ impl LitCylinder {
         let mean_lx = flux_per_length_lm_m / (2.0 * PI * radius_m);
         let cosine = angle_rad.cos();
         let direct = (1.0 - offset * cosine) / ((1.0 - offset).powi(2) + 2.0 * offset * (1.0 - cosine));
-        // cos mφ by its recurrence in steps of the angle; the share of the direct light that m adds is λρ/(1 − λρ).
+        // Term m adds λρ/(1 − λρ) of the direct light's Fourier term m to the indirect light, with the eigenvalue λ.
         let mut indirect = reflectance / (1.0 - reflectance);
         let mut power = offset;
         for m in 1..MOST_TERMS {

@@ -1,4 +1,4 @@
-//! Direct light of simple luminous bodies in closed form: disk, sphere, line, and points between mirrors.
+//! Direct light in closed form: from a disk, a sphere, a line, and from points between mirrors.
 
 use std::f64::consts::PI;
 
@@ -8,12 +8,12 @@ use super::error::{AnalyticError, require, require_length, require_light, requir
 use crate::base::ball::ball_illuminance_factor;
 use crate::base::sum::CompensatedSum;
 
-/// Illuminance from a luminous disk, on a plane parallel to it at distance `height_m`, `offset_m` off its axis.
+/// Illuminance from a luminous disk on a plane parallel to it, at distance `height_m` and `offset_m` off its axis.
 ///
-/// Units: m, cd/m², lx. Accuracy: to rounding of the configuration factor, 1e-16 absolutely.
+/// Units: m, cd/m², lx. Accuracy: the configuration factor is exact to rounding, 1e-16 absolutely.
 ///
 /// # Errors
-/// Lengths that are not positive (the offset: negative), negative luminance.
+/// Lengths that are not positive (a negative offset), negative luminance.
 pub fn disk_illuminance_lx(
     radius_m: f64,
     height_m: f64,
@@ -26,21 +26,21 @@ pub fn disk_illuminance_lx(
     require(valid, "the distance off the axis", offset_m, "a finite distance of at least 0", "give it in metres")?;
     require_light("the luminance", luminance_cd_m2)?;
     let (h2, r2, a2) = (height_m * height_m, offset_m * offset_m, radius_m * radius_m);
-    // (1 − x/√(x² + 4h²a²))/2 with x = h² + r² − a², brought to a form that does not cancel where x is large.
+    // (1 − x/√(x² + 4h²a²))/2 with x = h² + r² − a², in a form without cancellation where x is large.
     let x = h2 + r2 - a2;
     let root = (x * x + 4.0 * h2 * a2).sqrt();
     let factor = if x > 0.0 { 2.0 * h2 * a2 / (root * (root + x)) } else { 0.5 * (1.0 - x / root) };
     Ok(PI * luminance_cd_m2 * factor)
 }
 
-/// Illuminance from a luminous sphere on a small patch at distance `distance_m` from its centre, `cosine` that between
-/// the patch's normal and the direction to the centre; what of the sphere is below the patch's horizon is cut off.
+/// Illuminance from a luminous sphere on a small patch at distance `distance_m` from its centre. `cosine` is that of the angle
+/// between the patch's normal and the direction to the centre. The part of the sphere below the patch's horizon is cut off.
 ///
-/// Units: m, cd/m², lx. Accuracy: 1e-15 of the uncut value.
+/// Units: m, cd/m², lx. Accuracy: 1e-15 of the illuminance without the cut.
 /// Source: E. M. Sparrow, R. D. Cess, "Radiation Heat Transfer", 1978.
 ///
 /// # Errors
-/// A radius that is not positive, a point within the sphere, a cosine outside [−1, 1], negative luminance.
+/// A radius that is not positive, a point inside the sphere, a cosine outside [−1, 1], negative luminance.
 pub fn sphere_illuminance_lx(
     radius_m: f64,
     distance_m: f64,
@@ -55,14 +55,14 @@ pub fn sphere_illuminance_lx(
     Ok(PI * luminance_cd_m2 * ball_illuminance_factor(cosine, distance_m / radius_m))
 }
 
-/// Illuminance from a straight line source whose intensity falls with the cosine of the angle off its normal, on a
-/// plane parallel to the line, facing it at distance `distance_m`.
+/// Illuminance from a straight line source on a plane parallel to the line, which faces it at distance `distance_m`. The line's
+/// intensity falls with the cosine of the angle to its normal.
 ///
-/// `angles_rad` are those under which the line's ends stand off the perpendicular, rising, within ±π/2.
-/// Units: cd/m (intensity of a metre of line along its normal), m, lx. Accuracy: to rounding.
+/// `angles_rad` are the angles of the line's two ends to the perpendicular, rising, within ±π/2. Units: cd/m (intensity of a metre
+/// of line along its normal), m, lx. Accuracy: to rounding.
 ///
 /// # Errors
-/// A distance that is not positive, angles that do not rise or go past ±π/2, negative intensity.
+/// A distance that is not positive, angles that do not rise or exceed ±π/2, negative intensity.
 pub fn line_illuminance_lx(
     intensity_per_length_cd_m: f64,
     distance_m: f64,
@@ -87,20 +87,21 @@ pub fn line_illuminance_lx(
 /// Two parallel mirrors, at x = 0 and at x = `gap_m`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoMirrors {
-    /// Distance of the mirrors, m.
+    /// Distance between the mirrors, m.
     pub gap_m: f64,
-    /// Specular reflectance of both, 0 to below 1.
+    /// Specular reflectance of both mirrors, 0 to below 1.
     pub reflectance: f64,
 }
 
 impl TwoMirrors {
     /// Illuminance at a point between the mirrors with a unit `normal`, from an isotropic point source and all its images.
     ///
-    /// Returns the source's own part and that of the images. Units: m, cd, lx.
-    /// Accuracy: 1e-13 of the total (the images' sum is stopped when what is left is below it).
+    /// Returns the source's own contribution and that of the images. Units: m, cd, lx. Accuracy: 1e-13 of the total (the sum over
+    /// the images stops when the rest is below this).
     ///
     /// # Errors
-    /// A gap that is not positive, a reflectance outside [0, 1), source or point not between the mirrors, or in one place.
+    /// A gap that is not positive, a reflectance outside [0, 1), a source or point not between the mirrors, or both at the same
+    /// position.
     pub fn point_illuminance_lx(
         &self,
         source: DVec3,
@@ -128,14 +129,14 @@ impl TwoMirrors {
         let mut weight = 1.0;
         for order in 1.. {
             weight *= reflectance;
-            // An even number of reflections moves the source by that many gaps, an odd one mirrors it as well.
+            // An even number of reflections shifts the source by that many gaps. An odd number also mirrors it.
             let shift = order as f64 * gap_m;
             let pair = match order % 2 {
                 0 => from(source.x + shift) + from(source.x - shift),
                 _ => from(shift + gap_m - source.x) + from(-(shift - gap_m) - source.x),
             };
             images.add(weight * pair);
-            // What follows is at most two images an order at the next distance, falling by the reflectance each.
+            // The rest is at most two images per order at the next distance, each order weaker by the reflectance.
             let nearest = (shift - gap_m).max(gap_m * f64::EPSILON);
             let left = 2.0 * intensity_cd * weight * reflectance / (1.0 - reflectance) / (nearest * nearest);
             if left <= 1e-14 * (from(source.x) + images.value()) || weight == 0.0 {
@@ -156,7 +157,7 @@ mod tests {
             let value = disk_illuminance_lx(0.5, 2.0, offset, 1000.0).expect("valid");
             assert!((value - exact).abs() < 6e-7, "{value} {exact}");
         }
-        // Far off, the inverse square law: πa² L h²/d⁴.
+        // Far away the inverse square law holds: πa² L h²/d⁴.
         let far = disk_illuminance_lx(1e-6, 3.0, 4.0, 1.0).expect("valid");
         assert!((far / (PI * 1e-12 * 9.0 / 625.0) - 1.0).abs() < 1e-11);
     }
@@ -170,7 +171,7 @@ mod tests {
         assert_eq!(sphere_illuminance_lx(1.0, 5.0, -0.2, 1.0), Ok(0.0));
         let whole = sphere_illuminance_lx(1.0, 5.0, 0.5, 1000.0).expect("valid");
         assert!((whole / (PI * 1000.0 / 25.0 * 0.5) - 1.0).abs() < 1e-15);
-        // Both forms meet where the sphere touches the horizon.
+        // Both forms agree where the sphere touches the horizon.
         let [cut, uncut] = [0.2 - 1e-9, 0.2].map(|c| sphere_illuminance_lx(1.0, 5.0, c, 1.0).expect("valid"));
         assert!((cut - uncut).abs() < 1e-9);
     }

@@ -1,22 +1,22 @@
-//! What can be wrong with a question to an exact solution.
+//! The error for invalid input to an exact solution.
 
 use thiserror::Error;
 
-/// A quantity that an exact solution has no answer for.
+/// A quantity for which an exact solution is not defined.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{what} is {got}, expected {expected}; {remedy}")]
 pub struct AnalyticError {
     /// The quantity, in words.
     pub what: String,
-    /// Its value as given.
+    /// The given value.
     pub got: String,
-    /// The range that has an answer.
+    /// The valid range.
     pub expected: String,
-    /// What to do about it.
+    /// What the user can do about it.
     pub remedy: String,
 }
 
-/// Refuses a value outside what is expected of it; NaN is outside everything.
+/// Refuses a value unless `holds` is true. Callers write conditions that are false for NaN.
 pub(crate) fn require(holds: bool, what: &str, got: f64, expected: &str, remedy: &str) -> Result<(), AnalyticError> {
     if holds {
         return Ok(());
@@ -51,7 +51,7 @@ pub(crate) fn require_length(what: &str, length_m: f64) -> Result<(), AnalyticEr
     )
 }
 
-/// Refuses a quantity of light that is negative or not finite.
+/// Refuses a photometric quantity that is negative or not finite.
 pub(crate) fn require_light(what: &str, quantity: f64) -> Result<(), AnalyticError> {
     require(
         quantity >= 0.0 && quantity.is_finite(),

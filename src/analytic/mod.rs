@@ -1,4 +1,4 @@
-//! Exact solutions, each with a stated accuracy: numbers to hold simulations against.
+//! Exact solutions, each with a stated accuracy, to validate simulations.
 
 pub mod box_room;
 pub mod cylinder;

@@ -1,16 +1,16 @@
-//! Spheres: the kernel between any two points of a sphere is constant, so that every solution is in closed form.
+//! Spheres: the kernel between any two points of a sphere is constant, so every solution has a closed form.
 
 use std::f64::consts::PI;
 
 use super::error::{AnalyticError, require, require_length, require_light, require_reflectance};
 
-/// Indirect illuminance in a closed diffuse sphere of uniform reflectance, the same everywhere, wherever the source is
-/// and whatever its distribution.
+/// Indirect illuminance in a closed diffuse sphere of uniform reflectance. It is the same everywhere, for any position and
+/// distribution of the source.
 ///
 /// Units: m, lm, lx. Accuracy: to rounding.
 ///
 /// # Errors
-/// A radius that is not positive, negative flux, a reflectance outside [0, 1) (at 1 light piles up without bound).
+/// A radius that is not positive, negative flux, a reflectance outside [0, 1) (at 1 the light accumulates without bound).
 ///
 /// ```
 /// use luxmc::analytic::sphere::sphere_indirect_lx;
@@ -27,8 +27,7 @@ pub fn sphere_indirect_lx(radius_m: f64, luminous_flux_lm: f64, reflectance: f64
 
 /// Indirect illuminance in a closed diffuse sphere with any reflectance map: ⟨ρE₀⟩/(1 − ⟨ρ⟩), the same everywhere.
 ///
-/// ⟨ρE₀⟩ is the mean over the area of reflectance times direct illuminance, ⟨ρ⟩ that of the reflectance.
-/// Units: lx. Accuracy: to rounding.
+/// ⟨ρE₀⟩ is the area mean of reflectance times direct illuminance, ⟨ρ⟩ that of the reflectance. Units: lx. Accuracy: to rounding.
 ///
 /// # Errors
 /// A mean reflectance outside [0, 1), a negative or infinite mean.
@@ -40,13 +39,13 @@ pub fn rank_one_indirect_lx(mean_reflected_direct_lx: f64, mean_reflectance: f64
     Ok(mean_reflected_direct_lx / (1.0 - mean_reflectance))
 }
 
-/// Indirect illuminance in a sphere whose hemispheres differ in reflectance, with an isotropic point source at
-/// `height_m` above its centre on their common axis.
+/// Indirect illuminance in a sphere whose two hemispheres have different reflectances. An isotropic point source lies on their
+/// common axis, `height_m` above the centre.
 ///
 /// Units: m, lm, lx. Accuracy: to rounding.
 ///
 /// # Errors
-/// As [`sphere_indirect_lx`]; a source outside the sphere.
+/// As [`sphere_indirect_lx`], and a source outside the sphere.
 pub fn two_hemispheres_indirect_lx(
     radius_m: f64,
     height_m: f64,
@@ -69,13 +68,13 @@ pub fn two_hemispheres_indirect_lx(
 /// Illuminances on two concentric spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConcentricSpheres {
-    /// On the inner sphere's outside, lx.
+    /// Illuminance on the outside of the inner sphere, lx.
     pub inner_lx: f64,
-    /// On the outer sphere's inside, direct and indirect, lx.
+    /// Illuminance on the inside of the outer sphere, direct and indirect, lx.
     pub outer_lx: f64,
 }
 
-/// Illuminances between two concentric diffuse spheres, the inner emitting evenly.
+/// Illuminances between two concentric diffuse spheres. The inner sphere emits uniformly.
 ///
 /// Units: m, lm, lx. Accuracy: to rounding.
 ///
@@ -104,10 +103,10 @@ pub fn concentric_spheres(
     Ok(ConcentricSpheres { inner_lx: outer_reflectance * outer_lx, outer_lx })
 }
 
-/// Exitance that every surface of an isothermal enclosure has: with these the luminance is the same everywhere and in
-/// every direction, and the illuminance π times it at every point, whatever the geometry and the reflection.
+/// Exitance that a surface of an isothermal enclosure must have. With these exitances the luminance is the same everywhere and in
+/// every direction. The illuminance is π times the luminance at every point, for any geometry and reflection.
 ///
-/// A surface of reflectance ρ then emits (1 − ρ)πL₀ of its own. Units: cd/m², lm/m². Accuracy: to rounding.
+/// A surface of reflectance ρ emits (1 − ρ)πL₀ itself. Units: cd/m², lm/m². Accuracy: to rounding.
 ///
 /// # Errors
 /// A reflectance outside [0, 1], a negative luminance.

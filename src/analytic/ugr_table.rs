@@ -1,4 +1,4 @@
-//! The UGR table of a luminaire: CIE 190:2010, by its formulas.
+//! The UGR table of a luminaire, computed by the formulas of CIE 190:2010.
 
 use glam::DVec3;
 
@@ -9,25 +9,25 @@ use crate::base::standard_rooms::{
 use crate::sampling::opening::Aperture;
 use crate::scene::photometry::{LateralSymmetry, Opening, PhotometricFile, PhotometricFormat};
 
-/// Least spacing over H: 240,000 luminaires in the largest room.
+/// Minimum spacing over H: 240,000 luminaires in the largest room.
 const LEAST_SPACING_H: f64 = 0.02;
-/// Spacings over H that corrections are told for, besides the table's own.
+/// Spacings over H for which corrections are given, besides the table's own.
 const OTHER_SPACINGS_H: [f64; 3] = [0.5, 1.0, 2.0];
-/// Openings whose largest face is below this are small sources (CIE 147), which tables do not know, in m².
+/// Luminous openings whose largest face is below this are small sources (CIE 147), which the tables do not cover, in m².
 const SMALL_M2: f64 = 0.005;
 
-/// Ratings of a luminaire in the standard rooms, at the flux and dimensions that its file gives.
+/// Ratings of a luminaire in the standard rooms, with the flux and dimensions from its file.
 ///
-/// The luminance of a luminaire is its intensity over the projected area of its opening. Crosswise the line of sight runs
-/// across the luminaire's length: along C0–C180 in EULUMDAT files, along C90–C270 in IES files.
+/// The luminance of a luminaire is its intensity over the projected area of its opening. In crosswise view the line of sight is
+/// perpendicular to the luminaire's length: along C0–C180 in EULUMDAT files, along C90–C270 in IES files.
 ///
-/// Accuracy: that of the standard's formulas; the file's intensities are taken as linear between its angles, the position index
-/// as linear between the entries of its table.
+/// Accuracy: that of the standard's formulas. Intensities are interpolated linearly between the file's angles, the position index
+/// between the entries of its table.
 ///
 /// # Errors
 ///
-/// A luminaire without an opening, of a goniometer other than type C, or without light; reflectances that reflect everything;
-/// a spacing that does not divide H.
+/// A luminaire without an opening, of a goniometer other than type C, or without light; a reflectance of 1; a spacing that does not
+/// divide H.
 pub fn ugr_table(file: &PhotometricFile, reflectances: &[[f64; 3]], spacing_h: f64) -> Result<UgrTable, AnalyticError> {
     let seen = TableLuminaire::of(file)?;
     for set in reflectances {
@@ -55,7 +55,7 @@ pub fn ugr_table(file: &PhotometricFile, reflectances: &[[f64; 3]], spacing_h: f
     Ok(UgrTable { spacing_h, reflectances: reflectances.to_vec(), rooms: rooms.collect::<Result<_, _>>()? })
 }
 
-/// What a table changes by at other spacings; it is the same for all reflectances, since the background is.
+/// Changes of a table's ratings at other spacings. They are the same for all reflectances, because the background is the same.
 ///
 /// # Errors
 ///
@@ -78,7 +78,7 @@ pub fn spacing_corrections(file: &PhotometricFile, table: &UgrTable) -> Result<V
     Ok(corrections.collect())
 }
 
-/// What the reader of a table should know of its luminaire.
+/// Warnings to the reader of a table about its luminaire.
 pub fn table_warnings(file: &PhotometricFile) -> Vec<String> {
     let mut warnings = Vec::new();
     if !matches!(file.symmetry, LateralSymmetry::Rotational | LateralSymmetry::Quadrant) {
@@ -109,7 +109,7 @@ fn unfit(spacing_h: f64) -> AnalyticError {
     }
 }
 
-/// A luminaire as tables take it.
+/// A luminaire in the form that tables use.
 struct TableLuminaire<'a> {
     file: &'a PhotometricFile,
     aperture: Aperture,
@@ -148,7 +148,7 @@ impl TableLuminaire<'_> {
     }
 
     fn glare(&self, room: &StandardRoom, spacing_h: f64, viewing: Viewing) -> Option<RoomGlare> {
-        // EULUMDAT's C0 lies across the luminaire's length, that of IES files along it.
+        // EULUMDAT's C0 is across the luminaire's length, C0 of IES files along it.
         let facing = match (self.file.format == PhotometricFormat::Eulumdat, viewing) {
             (true, viewing) => viewing,
             (false, Viewing::Crosswise) => Viewing::Endwise,
@@ -157,7 +157,7 @@ impl TableLuminaire<'_> {
         room.glare(spacing_h, facing, |towards_eye| {
             let intensity_cd = self.file.web.intensity_along_cd(towards_eye);
             let area_m2 = self.aperture.projected_area_m2(towards_eye);
-            // What is seen edge on shines from no area; its intensity there is the file's rounding.
+            // An opening seen edge on has no area. An intensity there is a rounding error of the file.
             if intensity_cd > 0.0 && area_m2 > 0.0 { intensity_cd * intensity_cd / area_m2 } else { 0.0 }
         })
     }

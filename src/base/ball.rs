@@ -1,14 +1,14 @@
-//! A uniformly bright ball seen from a point: the part of the horizontal hemisphere's illuminance that it gives.
+//! A uniformly bright ball seen from a point: its share of the illuminance that a full hemisphere gives.
 
 use std::f64::consts::PI;
 
-/// Illuminance that a uniformly bright ball gives at a point, over the ball's exitance.
+/// Returns the illuminance that a uniformly bright ball gives at a point, divided by the ball's exitance.
 ///
-/// `cos_theta` is the cosine between the receiver's normal and the direction to the centre, `distance_per_radius`
-/// the distance of the centre over the radius (above 1). Whole above the horizon it is cos θ/H²; cut by the horizon
-/// it is the closed form of the cut disc of directions; below it is 0.
+/// `cos_theta` is the cosine between the receiver's normal and the direction to the ball's centre. `distance_per_radius` is the distance of
+/// the centre divided by the radius (above 1). A ball wholly above the horizon gives cos θ/H². For a ball that the horizon cuts, the value
+/// is the closed form of the cut disc of directions. A ball below the horizon gives 0.
 ///
-/// Range: 0 to 1. Accuracy: some 1e-15 absolute.
+/// Range: 0 to 1. Accuracy: about 1e-15 absolute.
 pub fn ball_illuminance_factor(cos_theta: f64, distance_per_radius: f64) -> f64 {
     let h = distance_per_radius.max(1.0);
     let c = cos_theta;

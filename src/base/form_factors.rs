@@ -1,14 +1,14 @@
-//! Exact form factors between rectangles whose edges run along the axes, and from a point to such a rectangle.
+//! Exact form factors between rectangles whose edges run along the axes, and from a point to one of these rectangles.
 //!
-//! All are differences, over the corners, of one function of the corners' distances; the functions are given too, so
-//! that a mesh of rectangles can share them.
+//! Each form factor is a difference of one corner function, taken over the distances between the corners. The corner functions are public
+//! too, so that a mesh of rectangles can share their values.
 
 use std::f64::consts::TAU;
 
-/// Corner function of two parallel rectangles at distance `z`, at the corner distances `u` and `v` along their edges.
+/// Returns the corner function of two parallel rectangles at distance `z`, at the corner distances `u` and `v` along their edges.
 ///
-/// Its fourfold difference over the corners of both is A₁F₁₂. Units: m². Source: A. Ehlert, T. F. Smith, "View
-/// factors for perpendicular and parallel rectangular plates", 1993.
+/// Its fourfold difference over the corners of both rectangles is A₁F₁₂. Units: m². Source: A. Ehlert, T. F. Smith, "View factors for
+/// perpendicular and parallel rectangular plates", 1993.
 #[inline]
 pub fn parallel_corner_m2(u: f64, v: f64, z: f64) -> f64 {
     let (pu, pv) = ((u * u + z * z).sqrt(), (v * v + z * z).sqrt());
@@ -18,10 +18,10 @@ pub fn parallel_corner_m2(u: f64, v: f64, z: f64) -> f64 {
     (along(v, pu) + along(u, pv) - logarithm) / TAU
 }
 
-/// Corner function of two perpendicular rectangles: `s2` the sum of the squared distances of the two corners from the
-/// planes' common line, `y` their distance along it.
+/// Returns the corner function of two perpendicular rectangles. `s2` is the sum of the squared distances of the two corners from the
+/// planes' common line. `y` is the distance of the corners along that line.
 ///
-/// Its fourfold difference over the corners of both is A₁F₁₂. Units: m². Source: as [`parallel_corner_m2`].
+/// Its fourfold difference over the corners of both rectangles is A₁F₁₂. Units: m². Source: as [`parallel_corner_m2`].
 #[inline]
 pub fn perpendicular_corner_m2(s2: f64, y: f64) -> f64 {
     let across = s2.sqrt();
@@ -31,17 +31,17 @@ pub fn perpendicular_corner_m2(s2: f64, y: f64) -> f64 {
     (angle - logarithm) / TAU
 }
 
-/// Corner function of a point and a parallel rectangle at distance `z` > 0: its twofold difference over the corners is
-/// the form factor from a small patch at the point. Units: none.
+/// Returns the corner function of a point and a parallel rectangle at distance `z` > 0. Its twofold difference over the corners is the form
+/// factor from a small patch at the point to the rectangle. Units: none.
 #[inline]
 pub fn point_parallel_corner(u: f64, v: f64, z: f64) -> f64 {
     let (pu, pv) = ((u * u + z * z).sqrt(), (v * v + z * z).sqrt());
     (u / pu * (v / pu).atan() + v / pv * (u / pv).atan()) / TAU
 }
 
-/// Corner function of a point and a perpendicular rectangle, whose plane stands at distance `x` ≥ 0 from the point, at
-/// height `height` ≥ 0 over the point's plane and at `y` along: its twofold difference is the form factor from a small
-/// patch at the point. At `x` = 0 it is the limit from in front. Units: none.
+/// Returns the corner function of a point and a perpendicular rectangle. The rectangle's plane stands at distance `x` ≥ 0 from the point.
+/// The corner lies at `height` ≥ 0 above the point's plane and at `y` along it. The twofold difference over the corners is the form factor
+/// from a small patch at the point. At `x` = 0 it is the limit from in front of the plane. Units: none.
 #[inline]
 pub fn point_perpendicular_corner(x: f64, height: f64, y: f64) -> f64 {
     let across = (x * x + height * height).sqrt();
@@ -51,7 +51,7 @@ pub fn point_perpendicular_corner(x: f64, height: f64, y: f64) -> f64 {
     -x / across * (y / across).atan() / TAU
 }
 
-/// Fourfold difference of a function of four corner coordinates, over two stretches each of two rectangles.
+/// Returns the fourfold difference of a function of four corner coordinates, over two stretches of each of two rectangles.
 fn fourfold(first: [[f64; 2]; 2], second: [[f64; 2]; 2], corner: impl Fn(f64, f64, f64, f64) -> f64) -> f64 {
     let mut sum = super::sum::CompensatedSum::new();
     for i in 0..16usize {
@@ -69,9 +69,9 @@ pub struct AxisRectangle {
     pub axis: usize,
     /// Coordinate of its plane on that axis, m.
     pub at: f64,
-    /// Whether the normal points up the axis (else down it).
+    /// Whether the normal points in the positive direction of the axis; otherwise it points in the negative direction.
     pub faces_up: bool,
-    /// Stretches along the other two axes, in the axes' order, each rising, m.
+    /// Stretches along the other two axes, in the axes' order. Each runs from its lower to its upper end, in m.
     pub stretches: [[f64; 2]; 2],
 }
 
@@ -81,23 +81,23 @@ impl AxisRectangle {
         self.stretches.iter().map(|s| s[1] - s[0]).product()
     }
 
-    /// The stretch along an axis other than the normal's.
+    /// Returns the stretch along an axis other than the normal's.
     fn along(&self, axis: usize) -> [f64; 2] {
         let after = if axis > self.axis { axis - 1 } else { axis };
         self.stretches[after]
     }
 
-    /// Distances of a stretch in front of this rectangle's plane; what lies behind is cut off.
+    /// Returns the distances of a stretch's ends from this rectangle's plane, on its front side. The part behind the plane is cut off.
     fn in_front(&self, stretch: [f64; 2]) -> [f64; 2] {
         let [a, b] = stretch.map(|x| if self.faces_up { x - self.at } else { self.at - x }.max(0.0));
         [a.min(b), a.max(b)]
     }
 }
 
-/// A₁F₁₂ = A₂F₂₁ of two rectangles with nothing in between: what the first sends the second per unit of exitance.
+/// Returns A₁F₁₂ = A₂F₂₁ of two rectangles with nothing between them: the flux from the first to the second per unit of exitance.
 ///
-/// What of one lies behind the other is cut off. Units: m².
-/// Accuracy: some 1e-15 of the squared distance between their farthest corners.
+/// The part of either rectangle that lies behind the other is cut off. Units: m².
+/// Accuracy: about 1e-15 of the squared distance between their farthest corners.
 ///
 /// ```
 /// use luxmc::base::form_factors::{AxisRectangle, exchange_m2};
@@ -122,14 +122,14 @@ pub fn exchange_m2(first: &AxisRectangle, second: &AxisRectangle) -> f64 {
     fourfold(one, two, corner).max(0.0)
 }
 
-/// Form factor between two equal rectangles a × b that face each other at distance `c`. Units: m; none.
+/// Returns the form factor between two equal rectangles a × b that face each other at distance `c`. Inputs in m; the result has no unit.
 pub fn opposite_rectangles_factor(a: f64, b: f64, c: f64) -> f64 {
     let floor = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, a], [0.0, b]] };
     exchange_m2(&floor, &AxisRectangle { at: c, faces_up: false, ..floor }) / (a * b)
 }
 
-/// Form factor from a rectangle `common` × `from` to a perpendicular one `common` × `to` on their common edge.
-/// Units: m; none.
+/// Returns the form factor from a rectangle `common` × `from` to a perpendicular one `common` × `to` that share an edge. Inputs in m; the
+/// result has no unit.
 pub fn adjacent_rectangles_factor(common: f64, from: f64, to: f64) -> f64 {
     let floor = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, from], [0.0, common]] };
     let wall = AxisRectangle { axis: 0, at: 0.0, faces_up: true, stretches: [[0.0, common], [0.0, to]] };
@@ -164,7 +164,8 @@ mod tests {
                 1 => DVec3::new(u, r.at, v),
                 _ => DVec3::new(u, v, r.at),
             };
-            // (u, v) turn counter-clockwise seen from up the axis, but for y, whose axes come in the other order.
+            // (u, v) run counter-clockwise as seen from the positive side of the axis. For y they run clockwise, because its two axes are
+            // swapped.
             let mut corners = vec![place(u[0], v[0]), place(u[1], v[0]), place(u[1], v[1]), place(u[0], v[1])];
             if r.faces_up == (r.axis == 1) {
                 corners.reverse();

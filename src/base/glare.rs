@@ -1,18 +1,18 @@
 //! Discomfort glare: the unified glare rating.
 
-/// Ratings below this are told as that: the scale of CIE 117 begins here.
+/// Ratings below this are reported as `< 10`, because the scale of CIE 117 begins here.
 pub const LEAST_RATING: f64 = 10.0;
 
-/// Unified glare rating from the background luminance in cd/m² and Σ L²ω/p² of the luminaires in cd²·sr/m⁴.
+/// Returns the unified glare rating from the background luminance in cd/m² and the luminaires' Σ L²ω/p² in cd²·sr/m⁴.
 ///
-/// UGR = 8 log₁₀(0.25/L_b · Σ L²ω/p²); `None` without glare or background, where it has no value.
+/// UGR = 8 log₁₀(0.25/L_b · Σ L²ω/p²). `None` without glare or without background luminance, where UGR has no value.
 ///
 /// Source: CIE 117-1995; docs/methods.md (25).
 pub fn unified_glare_rating(background_cd_m2: f64, glare_sum: f64) -> Option<f64> {
     (background_cd_m2 > 0.0 && glare_sum > 0.0).then(|| 8.0 * (0.25 / background_cd_m2 * glare_sum).log10())
 }
 
-/// A rating as people read it: `19.3`, or `< 10` where the scale has no values and where nothing glares.
+/// Returns a rating as text: `19.3`, or `< 10` below the scale and where nothing causes glare.
 pub fn rating_text(ugr: Option<f64>) -> String {
     match ugr {
         Some(ugr) if ugr >= LEAST_RATING => format!("{ugr:.1}"),
@@ -27,9 +27,8 @@ mod tests {
     use super::*;
     use crate::base::position_index::position_index;
 
-    /// Three downward luminaires of 0.6 m × 0.6 m and 500 cd towards an eye at (0, 0, 1.2) that looks along +x, with a
-    /// background of 20 cd/m²: every step worked out by hand. The indices lie at T/R, H/R = 0, 0.5333; 0.5, 0.5333 and
-    /// 0, 0.32.
+    /// Three downward luminaires of 0.6 m × 0.6 m send 500 cd towards an eye at (0, 0, 1.2) that looks along +x. The background is 20
+    /// cd/m². Every step was worked out by hand. The indices lie at T/R, H/R = 0, 0.5333; 0.5, 0.5333 and 0, 0.32.
     #[test]
     fn the_worked_case_comes_out() {
         let eye = DVec3::new(0.0, 0.0, 1.2);

@@ -1,15 +1,16 @@
-//! Errors of anything that is made of sixteen replicas: by all ways to part them in halves that know nothing of each other.
+//! Standard errors of any result that is computed from sixteen replicas, from fifteen ways to split the replicas into independent halves.
 //!
-//! A Hadamard matrix of order 16 has fifteen rows with eight +1 and eight −1, orthogonal to each other. Each parts the replicas; what the
-//! halves are off the mean by, ±δ_j, has for linear results the variance of the mean in its own mean square (docs/methods.md (38)). For results that are
-//! not linear, such as counts of hours, the halves are taken through the same computation.
+//! A Hadamard matrix of order 16 has fifteen rows with eight +1 and eight −1, orthogonal to each other. Each row splits the replicas into
+//! two halves, whose means differ from the total mean by ±δ_j. For a linear result the mean square of δ_j is the variance of the mean
+//! (docs/methods.md (38)). For a nonlinear result, for example a count of hours, both halves go through the same computation.
 
-/// Replicas that are parted.
+/// Number of replicas that are split.
 pub const PARTED: usize = 16;
-/// Ways to part them.
+/// Number of ways to split them.
 pub const PARTINGS: usize = PARTED - 1;
 
-/// Mean of the replicas, and what the first half of each parting is off it by; the second is off by as much the other way.
+/// Returns the mean of the replicas, and for each split the deviation of its first half from the mean. The second half has the opposite
+/// deviation.
 #[inline]
 pub fn mean_and_halves(replicas: &[f64; PARTED]) -> (f64, [f64; PARTINGS]) {
     let mut sums = *replicas;
@@ -27,7 +28,7 @@ pub fn mean_and_halves(replicas: &[f64; PARTED]) -> (f64, [f64; PARTINGS]) {
     (share * sums[0], std::array::from_fn(|parting| share * sums[parting + 1]))
 }
 
-/// Standard error of a result by what it is for both halves of each parting.
+/// Returns the standard error of a result from its values for both halves of each split.
 pub fn standard_error(of_halves: impl Iterator<Item = [f64; 2]>) -> f64 {
     let mut sum = 0.0;
     for [one, other] in of_halves {
@@ -36,7 +37,7 @@ pub fn standard_error(of_halves: impl Iterator<Item = [f64; 2]>) -> f64 {
     (sum / PARTINGS as f64).sqrt()
 }
 
-/// The same of a linear result: by what the first half of each parting is off its mean.
+/// Returns the standard error of a linear result from the deviations of each split's first half from the mean.
 pub fn error_of_mean(off: &[f64; PARTINGS]) -> f64 {
     standard_error(off.iter().map(|off| [*off, -*off]))
 }
@@ -45,8 +46,8 @@ pub fn error_of_mean(off: &[f64; PARTINGS]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of a linear result the error is that of the mean of sixteen numbers; with a sign wrong, the planted fault, it is not. Halves are means of
-    /// eight replicas each.
+    /// For a linear result the error equals that of the mean of sixteen numbers. With one wrong sign, the planted fault, it does not. Each
+    /// half is a mean of eight replicas.
     #[test]
     fn partings_give_the_error_of_the_mean() {
         let replicas: [f64; PARTED] = std::array::from_fn(|k| ((k * k * 7 + 3 * k) % 11) as f64 + 0.1 * k as f64);
@@ -58,7 +59,7 @@ mod tests {
         assert!((mean - exact).abs() < 1e-12 && (found - error).abs() < 1e-12, "{found}, {error}");
         let faulty = standard_error(halves.iter().map(|half| [mean + half, mean]));
         assert!((faulty - error).abs() > 1e-3, "the planted fault passed");
-        // The last parting by the bits that place and number have in common.
+        // The last split separates indices by the parity of their set bits.
         let plus = (0..16usize).filter(|place| (place & 15).count_ones() % 2 == 0).map(|place| replicas[place]);
         assert!((mean + halves[14] - plus.sum::<f64>() / 8.0).abs() < 1e-12);
     }

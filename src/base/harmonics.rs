@@ -1,35 +1,35 @@
-//! Series of real spherical harmonics: the radius of a closed smooth body by direction, its slopes, and bounds of both.
+//! Series of real spherical harmonics: the radius of a closed smooth body as a function of direction, its slopes, and bounds of both.
 
 use std::f64::consts::{PI, SQRT_2};
 
 use glam::DVec3;
 
-/// Largest degree of a series: 32 degrees, l = 0 … 31, of 2l + 1 harmonics each.
+/// Largest degree of a series: the 32 degrees l = 0 … 31, with 2l + 1 harmonics each.
 pub const LARGEST_DEGREE: usize = 31;
 
-/// Steps between the directions at which a radius is bounded, times the degree: the bound is then no wider than the range of the
-/// radius by more than 9%.
+/// Angular step between the directions at which a radius is bounded, times the degree. With this step the bounds exceed the true range of
+/// the radius by at most 9%.
 const STEP_BY_DEGREE: f64 = 0.4;
 
-/// Bounds are as much wider than what is found, over the largest value: far above the rounding of sums.
+/// Bounds are widened by this share of the largest value, far above the rounding of the sums.
 const ROUNDING: f64 = 1e-9;
 
-/// Orders that are summed side by side.
+/// Number of orders that are summed side by side.
 const LANES: usize = 4;
 
-/// The harmonics of degree m + k of [`LANES`] neighbouring orders m. Those that a series does not have count 0.
+/// The harmonics of degree m + k of [`LANES`] neighbouring orders m. Harmonics that the series lacks have the coefficient 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct HarmonicTerms {
-    /// What leads to the next polynomial: q_{k+1} = z q_k − down q_{k−1}.
+    /// Factors of the recurrence for the next polynomial: q_{k+1} = z q_k − down q_{k−1}.
     down: [f64; LANES],
-    /// Factors of q_k in the sums that go with cos mφ and sin mφ, and in their derivatives by z.
+    /// Factors of q_k in the sums that multiply cos mφ and sin mφ, and in the derivatives of these sums by z.
     sums: [[f64; LANES]; 4],
 }
 
-/// r(d) = Σ c_lm Y_lm(d) over unit vectors d, with orthonormal real harmonics.
+/// A series r(d) = Σ c_lm Y_lm(d) over unit vectors d, with orthonormal real harmonics.
 ///
-/// Y_l0 = N_l0 P_l(cos θ), Y_lm = √2 N_lm P_l^m(cos θ) cos mφ, Y_l,−m = √2 N_lm P_l^m(cos θ) sin mφ for m > 0, N_lm² =
-/// (2l+1)/4π (l−m)!/(l+m)!, without the sign (−1)^m. Written in x, y and z, so that poles are places like others.
+/// Y_l0 = N_l0 P_l(cos θ), Y_lm = √2 N_lm P_l^m(cos θ) cos mφ, Y_l,−m = √2 N_lm P_l^m(cos θ) sin mφ for m > 0, N_lm² = (2l+1)/4π
+/// (l−m)!/(l+m)!, without the sign (−1)^m. The series is evaluated in x, y and z, so the poles need no special case.
 ///
 /// Source: docs/methods.md (31).
 #[derive(Clone, Debug, PartialEq)]
@@ -42,22 +42,22 @@ pub struct HarmonicSeries {
 /// Bounds of a series over the sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadialBounds {
-    /// No value is smaller.
+    /// Lower bound of all values.
     pub low: f64,
-    /// No value is larger.
+    /// Upper bound of all values.
     pub high: f64,
-    /// Along great circles the first and the second derivative by the angle stay within ± these.
+    /// Along every great circle the absolute first and second derivatives by the angle stay below these two.
     pub derivatives: [f64; 2],
-    /// The second derivative less the value stays below the first of these, the value less the second derivative below the other.
+    /// Upper bounds of (second derivative − value) and of (value − second derivative), in this order.
     pub bends: [f64; 2],
 }
 
-/// Place of a coefficient in the list: l² + l + m.
+/// Returns the index of a coefficient in the list: l² + l + m.
 pub fn place_of(degree: usize, order: i64) -> usize {
     ((degree * degree + degree) as i64 + order) as usize
 }
 
-/// √2 N_lm (N_l0 for m = 0) times (2m − 1)!!, with which the polynomials of order m begin at 1.
+/// Returns √2 N_lm (N_l0 for m = 0) times (2m − 1)!!. This factor lets the polynomials of order m start at 1.
 fn norm(degree: usize, order: usize) -> f64 {
     let factorials: f64 = (degree - order + 1..=degree + order).map(|factor| factor as f64).product();
     let double_factorial: f64 = (1..=order).map(|factor| (2 * factor - 1) as f64).product();
@@ -66,11 +66,11 @@ fn norm(degree: usize, order: usize) -> f64 {
 }
 
 impl HarmonicSeries {
-    /// A series with the coefficients c_lm at l² + l + m.
+    /// Makes a series with the coefficients c_lm at l² + l + m.
     ///
     /// # Panics
     ///
-    /// If their number is no (L + 1)², or L is above [`LARGEST_DEGREE`].
+    /// If the number of coefficients is not (L + 1)², or if L is above [`LARGEST_DEGREE`].
     pub fn new(coefficients: Vec<f64>) -> HarmonicSeries {
         let degree = (coefficients.len() as f64).sqrt().round() as usize - 1;
         assert!((degree + 1).pow(2) == coefficients.len() && degree <= LARGEST_DEGREE);
@@ -85,7 +85,8 @@ impl HarmonicSeries {
                     let factor = scale * norm(l, m);
                     terms.sums[0][lane] = factor * even;
                     terms.sums[1][lane] = if m == 0 { 0.0 } else { factor * odd };
-                    // The derivative of Gegenbauer's polynomial of order m + ½ is 2(j + m + ½) times those of j = k − 1, k − 3, …
+                    // The derivative of Gegenbauer's polynomial of order m + ½ is the sum of 2(j + m + ½) times the polynomials of j = k −
+                    // 1, k − 3, …
                     for above in (k + 1..=degree - m).step_by(2) {
                         let norm = scale * (2 * l + 1) as f64 * norm(m + above, m);
                         let [even, odd] = [m as i64, -(m as i64)].map(|order| coefficients[place_of(m + above, order)]);
@@ -102,23 +103,23 @@ impl HarmonicSeries {
         HarmonicSeries { degree, coefficients, terms }
     }
 
-    /// Largest degree L.
+    /// Returns the largest degree L.
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// Coefficients c_lm at l² + l + m.
+    /// Returns the coefficients c_lm, at l² + l + m.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
-    /// The value in a unit direction, and its gradient on the unit sphere, a vector across the direction.
+    /// Returns the value in a unit direction and its gradient on the unit sphere, a vector perpendicular to the direction.
     ///
-    /// Accuracy: some 1e-14 of the largest values.
+    /// Accuracy: about 1e-14 of the largest values.
     pub fn value_and_slope(&self, direction: DVec3) -> (f64, DVec3) {
         let DVec3 { x, y, z } = direction;
         let times = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
-        // Powers of x + iy, real and imaginary parts apart, and the last one of the orders before.
+        // Powers of x + iy, real and imaginary parts in separate lists. `last_power` is the last power of the preceding group of orders.
         let second = times([x, y], [x, y]);
         let third = times(second, [x, y]);
         let fourth = times(second, second);
@@ -159,7 +160,7 @@ impl HarmonicSeries {
         (sum(value), slope - slope.dot(direction) * direction)
     }
 
-    /// The series of the Laplacian on the unit sphere.
+    /// Returns the series of the Laplacian on the unit sphere.
     fn laplacian(&self) -> HarmonicSeries {
         let of_degree = |(place, c): (usize, &f64)| {
             let l = (place as f64).sqrt().floor();
@@ -168,7 +169,7 @@ impl HarmonicSeries {
         HarmonicSeries::new(self.coefficients.iter().enumerate().map(of_degree).collect())
     }
 
-    /// The series of the derivative by the azimuth.
+    /// Returns the series of the derivative by the azimuth.
     fn by_azimuth(&self) -> HarmonicSeries {
         let mut coefficients = vec![0.0; self.coefficients.len()];
         for l in 0..=self.degree {
@@ -180,11 +181,12 @@ impl HarmonicSeries {
         HarmonicSeries::new(coefficients)
     }
 
-    /// Bounds of value and derivatives that hold everywhere.
+    /// Returns bounds of the value and its derivatives that hold in every direction.
     ///
-    /// On a great circle the series is a trigonometric polynomial of its degree, and so are its derivatives along directions that turn
-    /// with the circle. Bernstein's inequality bounds the second derivative of such a polynomial by its range; with it, values on a fine grid
-    /// bound those between. Second derivatives on the grid are the eigenvalues of the Hessian in polar coordinates.
+    /// Along a great circle the series is a trigonometric polynomial of its degree. So are its derivatives along directions that turn with
+    /// the circle. Bernstein's inequality bounds the second derivative of a trigonometric polynomial by its range. With this bound, values
+    /// on a fine grid bound the values between grid points. Second derivatives on the grid are the eigenvalues of the Hessian in polar
+    /// coordinates.
     pub fn bounds(&self) -> RadialBounds {
         let degree = self.degree.max(1) as f64;
         let rows = (PI * degree / STEP_BY_DEGREE).ceil() as usize + 1;
@@ -211,12 +213,12 @@ impl HarmonicSeries {
                 bends = [bends[0].max(most - value), bends[1].max(value - least)];
             }
         }
-        // No direction is farther from the grid than half its cells' diagonal.
+        // No direction is farther from a grid point than half the diagonal of a grid cell.
         let reach = step / SQRT_2;
         let missed = 0.5 * (degree * reach).powi(2);
         let beyond = missed * 0.5 * (high - low) / (1.0 - missed);
         let derivatives = [steepest / (1.0 - missed), most_bent / (1.0 - missed)];
-        // What is summed is rounded.
+        // The sums carry rounding errors.
         let beyond = beyond + ROUNDING * high.abs();
         let (low, high) = (low - beyond, high + beyond);
         let bends = bends.map(|bend| bend + missed * (derivatives[1] + high.abs().max(low.abs())));
@@ -224,13 +226,13 @@ impl HarmonicSeries {
     }
 }
 
-/// The unit vector with this z and azimuth in rad.
+/// Returns the unit vector with this z and this azimuth in rad.
 pub fn direction(z: f64, azimuth: f64) -> DVec3 {
     let across = (1.0 - z * z).max(0.0).sqrt();
     DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z)
 }
 
-/// The values of all harmonics up to a degree in a unit direction, at l² + l + m.
+/// Returns the values of all harmonics up to a degree in a unit direction, at l² + l + m.
 pub fn harmonics_at(degree: usize, direction: DVec3) -> Vec<f64> {
     let mut values = vec![0.0; (degree + 1).pow(2)];
     let mut power = [1.0, 0.0];
@@ -306,11 +308,11 @@ mod tests {
                 bends = [bends[0].max(bend - value), bends[1].max(value - bend)];
             }
         }
-        // They hold closely: those by the series' range alone, the planted fault, are almost three times as far.
+        // The bounds are tight. Bounds from the series' range alone, the planted fault, are almost three times as far.
         let [bent, unbent] = [0, 1].map(|k| bounds.bends[k] / bends[k]);
         assert!(bounds.derivatives[0] < 1.1 * steepest && bent < 1.3 && unbent < 1.3, "{bent} {unbent}");
         assert!(49.0 * 0.5 * (bounds.high - bounds.low) > 2.0 * bounds.derivatives[1]);
-        // The pole is a place like any other.
+        // The pole needs no special case.
         let (pole, near) = (series.value_and_slope(DVec3::Z), series.value_and_slope(direction(1.0 - 1e-14, 1.0)));
         assert!((pole.0 - near.0).abs() < 1e-5 && pole.1.distance(near.1) < 1e-5);
     }

@@ -1,4 +1,4 @@
-//! Memory that the process has taken, counted, and the limit at which it ends in words instead of by an abort.
+//! Counts the memory that the process has taken. At a limit the process ends with an error message instead of an abort.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -10,20 +10,20 @@ static USED_BYTES: AtomicUsize = AtomicUsize::new(0);
 static PEAK_BYTES: AtomicUsize = AtomicUsize::new(0);
 static LIMIT_BYTES: AtomicUsize = AtomicUsize::new(usize::MAX);
 static CLEAN_UP: OnceLock<fn()> = OnceLock::new();
-/// Whether the process ends for want of memory.
+/// Whether the process is ending because memory ran out.
 static ENDS: AtomicBool = AtomicBool::new(false);
 
-/// Exit code of a process that ran out of memory: its results could not be written.
+/// Exit code of a process that ran out of memory. Its results could not be written.
 const OUT_OF_MEMORY: i32 = 4;
 
-/// What a process says then. It is written without taking any memory.
+/// The message of a process that runs out of memory. Writing it takes no memory.
 const SAYS: &[u8] = b"luxmc: error: the memory is used up
   got:      work that needs more than there is, or more than --memory-limit allows
   expected: enough for the scene, its maps and the files that are written
   remedy:   ask for fewer maps with --maps, use a larger max_element_edge, or raise --memory-limit; nothing was written
 ";
 
-/// The system's allocator, which counts and knows the limit. The program takes all its memory from it.
+/// The system's allocator with a count and a limit. The program takes all its memory from it.
 pub struct CountedMemory;
 
 /// Sets the bytes that the process may take.
@@ -31,7 +31,7 @@ pub fn set_limit_bytes(bytes: u64) {
     LIMIT_BYTES.store(usize::try_from(bytes).unwrap_or(usize::MAX), Ordering::Relaxed);
 }
 
-/// Bytes that the process may take; `u64::MAX` where nothing limits it.
+/// Returns the bytes that the process may take; `u64::MAX` where there is no limit.
 pub fn limit_bytes() -> u64 {
     match LIMIT_BYTES.load(Ordering::Relaxed) {
         usize::MAX => u64::MAX,
@@ -39,23 +39,23 @@ pub fn limit_bytes() -> u64 {
     }
 }
 
-/// Bytes that it has taken and not given back; 0 where they are not counted.
+/// Returns the bytes that the process has taken and not given back; 0 where they are not counted.
 pub fn used_bytes() -> u64 {
     USED_BYTES.load(Ordering::Relaxed) as u64
 }
 
-/// Bytes that it has taken at most at a time; 0 where they are not counted.
+/// Returns the largest number of bytes that the process has held at one time; 0 where they are not counted.
 pub fn peak_bytes() -> u64 {
     PEAK_BYTES.load(Ordering::Relaxed) as u64
 }
 
-/// Bytes that a list takes whose room doubles whenever it is full: by its length alone, so that what hangs on them does not hang on how the
-/// list came about.
+/// Returns the bytes of a list whose capacity doubles whenever it is full. The result depends on the length alone, so that decisions based
+/// on it do not depend on how the list was filled.
 pub fn bytes_of_list<T>(list: &[T]) -> usize {
     size_of::<T>() * if list.is_empty() { 0 } else { list.len().next_power_of_two() }
 }
 
-/// Counts bytes before they are taken; whether the limit allows them.
+/// Counts bytes before they are taken, and returns whether the limit allows them.
 fn count(bytes: usize) -> bool {
     let used = USED_BYTES.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
     if used > PEAK_BYTES.load(Ordering::Relaxed) {
@@ -68,7 +68,8 @@ fn give_back(bytes: usize) {
     USED_BYTES.fetch_sub(bytes, Ordering::Relaxed);
 }
 
-/// Is called before the process ends for want of memory, to remove what it would leave behind. The limit holds no more then.
+/// Sets the function that the process calls before it ends for lack of memory, to remove unfinished output. The limit no longer holds
+/// during that call.
 pub fn clean_up_by(clean: fn()) {
     CLEAN_UP.set(clean).ok();
 }
@@ -77,15 +78,15 @@ thread_local! {
     static IS_ENDING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Ends the process with its words: what asks for memory cannot do without.
+/// Ends the process with the message: the caller cannot continue without the memory.
 #[cold]
 fn end() -> ! {
     if IS_ENDING.replace(true) {
-        // There is not even enough to clean up.
+        // The cleanup itself ran out of memory.
         leave();
     }
     while ENDS.swap(true, Ordering::SeqCst) {
-        // Another thread ends the process.
+        // Another thread is already ending the process.
         std::thread::park();
     }
     let mut errors = std::io::stderr();
@@ -98,19 +99,19 @@ fn end() -> ! {
 }
 
 fn leave() -> ! {
-    // Without what waits for a process's end: it could take memory.
+    // Skips exit handlers, because they could take memory.
     #[cfg(unix)]
     signal_hook::low_level::exit(OUT_OF_MEMORY);
     #[cfg(not(unix))]
     std::process::exit(OUT_OF_MEMORY)
 }
 
-/// What was allocated; ends the process where that is nothing.
+/// Returns the allocated pointer; ends the process if it is null.
 fn told(place: *mut u8) -> *mut u8 {
     if place.is_null() { end() } else { place }
 }
 
-// SAFETY: all memory is the system's, asked for and given back with the caller's own layouts.
+// SAFETY: all memory comes from the system's allocator and goes back to it, with the caller's own layouts.
 unsafe impl GlobalAlloc for CountedMemory {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if !count(layout.size()) {
@@ -130,7 +131,7 @@ unsafe impl GlobalAlloc for CountedMemory {
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
         give_back(layout.size());
-        // SAFETY: the place came from the system by that layout.
+        // SAFETY: the system's allocator returned `place` for this layout.
         unsafe { System.dealloc(place, layout) }
     }
 
@@ -142,7 +143,7 @@ unsafe impl GlobalAlloc for CountedMemory {
         } else {
             give_back(layout.size() - new_size);
         }
-        // SAFETY: the place came from the system by that layout.
+        // SAFETY: the system's allocator returned `place` for this layout.
         told(unsafe { System.realloc(place, layout, new_size) })
     }
 }

@@ -1,4 +1,4 @@
-//! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.
+//! Formulas and numbers that do not depend on scenes: special functions, quadrature, solid angles, exact sums.
 
 pub mod ball;
 pub mod form_factors;

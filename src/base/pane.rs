@@ -1,16 +1,16 @@
 //! A thin plane pane of clear or tinted glass in air.
 
-/// Cosines below this count as this one: at 90° both formulas below are 0/0.
+/// Smaller cosines are raised to this value, because at 90° both formulas below are 0/0.
 const LEAST_COSINE: f64 = 1e-9;
 
-/// Reflectance and transmittance of a pane for unpolarised light, all inner reflections included.
+/// Returns reflectance and transmittance of a pane for unpolarised light, with all inner reflections.
 ///
-/// `refractive_index` is relative to air (1 or more), `internal_transmittance` that of the glass itself along the
-/// normal, `cos_theta` the cosine of the angle in air. With R the reflectance of one face (Fresnel) and a the
-/// transmittance along the path inside (Snell), the geometric series of inner reflections gives for each polarisation
-/// T = (1 − R)² a / (1 − R² a²) and R (1 + a T); the two polarisations count alike.
+/// `refractive_index` is relative to air (1 or more). `internal_transmittance` is that of the glass alone along the normal. `cos_theta` is
+/// the cosine of the angle in air. Let R be the reflectance of one face (Fresnel) and a the transmittance along the path inside (Snell).
+/// Then for each polarisation the geometric series of inner reflections gives T = (1 − R)² a / (1 − R² a²) and R (1 + a T). The result is
+/// the mean of the two polarisations.
 ///
-/// Accuracy: rounding, some 1e-15. Source: docs/methods.md (14).
+/// Accuracy: rounding only, about 1e-15. Source: docs/methods.md (14).
 pub fn pane_shares(refractive_index: f64, internal_transmittance: f64, cos_theta: f64) -> [f64; 2] {
     let cos = cos_theta.clamp(LEAST_COSINE, 1.0);
     // Snell's law, without the cancellation of 1 − sin².
@@ -28,7 +28,7 @@ pub fn pane_shares(refractive_index: f64, internal_transmittance: f64, cos_theta
     shares
 }
 
-/// The same of a pane of which only a share is glass; the rest, frames, is black.
+/// Returns the shares of [`pane_shares`] for a pane of which only `glazed_share` is glass. The rest, the frame, is black.
 pub fn glazed_shares(
     glazed_share: f64,
     refractive_index: f64,
@@ -38,9 +38,10 @@ pub fn glazed_shares(
     pane_shares(refractive_index, internal_transmittance, cos_theta).map(|share| glazed_share * share)
 }
 
-/// What the glass itself lets pass along the normal where a pane of it lets pass this share there, all inner reflections included.
+/// Returns the internal transmittance of the glass along the normal, from the visible transmittance of a whole pane with all inner
+/// reflections.
 ///
-/// Range: above 1 where no glass of this index lets pass so much. Source: docs/methods.md (14), solved for a.
+/// Range: the result is above 1 if no glass of this index can transmit the given share. Source: docs/methods.md (14), solved for a.
 pub fn internal_transmittance_of(refractive_index: f64, visible_transmittance: f64) -> f64 {
     let face = ((refractive_index - 1.0) / (refractive_index + 1.0)).powi(2);
     let through_faces = (1.0 - face) * (1.0 - face);
@@ -64,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_tinted_pane_absorbs_along_its_oblique_path() {
-        // Summed bounce by bounce, an independent road to the same number.
+        // The expected values are summed bounce by bounce, an independent method.
         for degrees in [0.0, 35.0, 60.0, 85.0f64] {
             let (n, tau) = (1.6, 0.8f64);
             let (sin, cos) = degrees.to_radians().sin_cos();
@@ -94,7 +95,7 @@ mod tests {
             let inside = internal_transmittance_of(index, visible);
             assert!((pane_shares(index, inside, 1.0)[1] - visible).abs() < 1e-14, "{index} {visible}: {inside}");
         }
-        // (1 − R)/(1 + R) of n = 1.52 is the most that a pane lets pass.
+        // (1 − R)/(1 + R) at n = 1.52 is the largest possible transmittance of a pane.
         let face = (0.52f64 / 2.52).powi(2);
         assert!((internal_transmittance_of(1.52, (1.0 - face) / (1.0 + face)) - 1.0).abs() < 1e-14);
         assert!(internal_transmittance_of(1.52, 0.93) > 1.0);

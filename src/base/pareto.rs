@@ -1,12 +1,12 @@
-//! The generalised Pareto law, which the largest of many numbers follow whatever their own law.
+//! The generalised Pareto distribution. The largest of many numbers follow it, whatever distribution the numbers have.
 
-/// Shape ξ of the generalised Pareto law that excesses over a threshold follow; `None` for fewer than five excesses, or
-/// where no excess differs from 0.
+/// Returns the shape ξ of the generalised Pareto distribution that excesses over a threshold follow. `None` for fewer than five excesses,
+/// or where no excess is above 0.
 ///
-/// P(excess > y) = (1 + ξ y/σ)^(−1/ξ): below 0 the numbers have an upper bound, at 0 their tail is exponential, from ½ on their
-/// variance is infinite, from 1 on their mean. `excesses` need not be in order.
+/// P(excess > y) = (1 + ξ y/σ)^(−1/ξ). For ξ below 0 the numbers have an upper bound. At 0 their tail is exponential. From ½ on their
+/// variance is infinite, and from 1 on their mean. `excesses` need not be in order.
 ///
-/// Accuracy: standard error about (1 + ξ)/√n for n excesses, no bias that matters from 50 excesses on.
+/// Accuracy: standard error about (1 + ξ)/√n for n excesses; the bias is negligible from 50 excesses on.
 ///
 /// Source: Zhang and Stephens 2009, "A new and efficient estimation method for the generalized Pareto distribution".
 pub fn pareto_shape(excesses: &[f64]) -> Option<f64> {
@@ -18,7 +18,7 @@ pub fn pareto_shape(excesses: &[f64]) -> Option<f64> {
     if sorted.len() < FEWEST || !(largest > 0.0 && largest.is_finite()) {
         return None;
     }
-    // The quartile sets the scale; ties at the threshold may leave it at 0, and then half the largest does.
+    // The quartile sets the scale. Where ties at the threshold make it 0, half the largest excess sets the scale.
     let quartile = sorted[(count / 4.0 + 0.5) as usize - 1];
     let scale = if quartile > 0.0 { quartile } else { 0.5 * largest };
     let trials = 20 + count.sqrt() as usize;
@@ -46,7 +46,7 @@ pub fn pareto_shape(excesses: &[f64]) -> Option<f64> {
 mod tests {
     use super::pareto_shape;
 
-    /// Variates of a simple generator: base knows no randomness.
+    /// Returns a variate of a simple generator, because `base` may not depend on the random streams.
     fn uniform(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((*state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
@@ -54,7 +54,8 @@ mod tests {
 
     #[test]
     fn the_shape_is_that_put_in() {
-        // 400 sets of 256: the mean must be ξ within 4 of its standard errors and a bias of 0.02; 0.1 more (planted) must not.
+        // 400 sets of 256 excesses. The mean must equal ξ within 4 of its standard errors plus a bias of 0.02; ξ + 0.1, the planted fault,
+        // must not.
         for shape in [-0.5, 0.0, 0.25, 0.5, 1.0] {
             let mut state = 9;
             let mut estimates = Vec::new();

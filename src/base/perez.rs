@@ -1,13 +1,13 @@
-//! The all-weather sky: what its luminance depends on, by how much light comes from the sun and how much from the sky.
+//! The all-weather sky: the parameters of its luminance, from how much light comes from the sun and how much from the sky.
 //!
 //! Source: R. Perez, R. Seals and J. Michalsky, All-weather model for sky luminance distribution, Solar Energy 50 (1993) 235–245; luminous
 //! efficacies by R. Perez, P. Ineichen, R. Seals, J. Michalsky and R. Stewart, Solar Energy 44 (1990) 271–289.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Least clearness of the eight categories but the first.
+/// Lower limits of the clearness of all eight categories but the first.
 const CATEGORIES: [f64; 7] = [1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2];
-/// Of each category and each of a, b, c, d and e: x₁ + x₂ Z + Δ (x₃ + x₄ Z).
+/// For each category and each of a, b, c, d and e: x₁, x₂, x₃ and x₄ of x₁ + x₂ Z + Δ (x₃ + x₄ Z).
 const COEFFICIENTS: [[[f64; 4]; 5]; 8] = [
     [
         [1.3525, -0.2576, -0.2690, -1.4366],
@@ -77,7 +77,7 @@ const OF_DIFFUSE: [[f64; 4]; 8] = [
     [141.88, 1.90, -53.24, -14.03],
     [152.23, 0.35, -45.27, -7.98],
 ];
-/// Of the sun's light: a + b W + c exp(5.73 Z − 5) + d Δ.
+/// Luminous efficacy of the sun's light in lm/W: a + b W + c exp(5.73 Z − 5) + d Δ.
 const OF_DIRECT: [[f64; 4]; 8] = [
     [57.20, -4.55, -2.98, 117.12],
     [98.99, -3.46, -1.21, 12.38],
@@ -90,19 +90,19 @@ const OF_DIRECT: [[f64; 4]; 8] = [
 ];
 /// Precipitable water W in cm.
 const WATER_CM: f64 = 2.0;
-/// Irradiance outside of the air in W/m², at the mean distance of the sun.
+/// Irradiance outside the atmosphere in W/m², at the mean distance of the sun.
 const SOLAR_CONSTANT_W_M2: f64 = 1367.0;
-/// Ranges in which the model was fitted.
+/// Ranges of clearness and brightness in which the model was fitted.
 const CLEARNESS: [f64; 2] = [1.0, 12.01];
 const BRIGHTNESS: [f64; 2] = [0.01, 0.6];
-/// Least brightness of the middle categories, where c turns negative below it.
+/// Least brightness of the middle categories. Below it their coefficient c becomes negative.
 const LEAST_BETWEEN: f64 = 0.2;
-/// Efficacy of a low sun's light in lm/W at the least: the formula falls below 0 there.
+/// Least efficacy of a low sun's light in lm/W. The formula falls below 0 there.
 const LEAST_LM_W: f64 = 20.0;
-/// Steps in which irradiances are found from illuminances, each halving the way that is left.
+/// Iterations that find irradiances from illuminances. Each halves the remaining error.
 const STEPS: usize = 60;
 
-/// What tells one sky from another.
+/// The parameters that distinguish one sky from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyClass {
     /// Angle of the sun from the zenith in radians.
@@ -114,12 +114,13 @@ pub struct SkyClass {
 }
 
 impl SkyClass {
-    /// By the sun's direct irradiance across its rays and the sky's diffuse one on a horizontal plane, in W/m².
+    /// Makes the class from the sun's direct irradiance on a plane across its rays and the sky's diffuse irradiance on a horizontal plane,
+    /// in W/m².
     pub fn of_irradiance(sun_elevation_deg: f64, direct_w_m2: f64, diffuse_w_m2: f64) -> SkyClass {
         let zenith_angle = FRAC_PI_2 - sun_elevation_deg.to_radians();
         let cube = 1.041 * zenith_angle.powi(3);
         let clearness = ((diffuse_w_m2 + direct_w_m2) / diffuse_w_m2 + cube) / (1.0 + cube);
-        // Relative air mass by Kasten (1966).
+        // Relative air mass according to Kasten (1966).
         let air_mass = 1.0 / (zenith_angle.cos() + 0.15 * (sun_elevation_deg + 3.885).powf(-1.253));
         let brightness = air_mass * diffuse_w_m2 / SOLAR_CONSTANT_W_M2;
         SkyClass {
@@ -129,7 +130,7 @@ impl SkyClass {
         }
     }
 
-    /// The same by illuminances in lx: by the irradiances that bring them.
+    /// Makes the class from illuminances in lx. It first finds the irradiances that cause them.
     pub fn of_illuminance(sun_elevation_deg: f64, direct_lx: f64, diffuse_lx: f64) -> SkyClass {
         let mut efficacies_lm_w = [100.0, 120.0];
         let class = |[direct_lm_w, diffuse_lm_w]: [f64; 2]| {
@@ -146,7 +147,7 @@ impl SkyClass {
         CATEGORIES.partition_point(|least| *least <= self.clearness)
     }
 
-    /// Luminous efficacies of the sun's and the sky's light in lm/W.
+    /// Returns the luminous efficacies of the sun's and the sky's light in lm/W.
     pub fn efficacies_lm_w(&self) -> [f64; 2] {
         let [a, b, c, d] = OF_DIRECT[self.category()];
         let direct = a + b * WATER_CM + c * (5.73 * self.zenith_angle - 5.0).exp() + d * self.brightness;
@@ -155,7 +156,7 @@ impl SkyClass {
         [direct, diffuse].map(|lm_w| lm_w.max(LEAST_LM_W))
     }
 
-    /// a, b, c, d and e of (1 + a exp(b/cos ζ)) (1 + c exp(d χ) + e cos² χ).
+    /// Returns a, b, c, d and e of (1 + a exp(b/cos ζ)) (1 + c exp(d χ) + e cos² χ).
     pub fn coefficients(&self) -> [f64; 5] {
         let (category, z) = (self.category(), self.zenith_angle);
         let is_between = (CATEGORIES[0]..CATEGORIES[4]).contains(&self.clearness);
@@ -175,7 +176,8 @@ impl SkyClass {
 mod tests {
     use super::*;
 
-    /// Clearness, brightness and coefficients of Radiance's gendaylit for skies of all eight categories: sun's elevation in degrees, ε, Δ, a to e.
+    /// Values from Radiance's gendaylit for skies of all eight categories: the sun's elevation in degrees, clearness ε, brightness Δ, then
+    /// a to e.
     const GENDAYLIT: [[f64; 8]; 10] = [
         [30.0, 1.3796, 0.2535, -1.132278, -0.740020, 10.716122, -3.107520, 0.110428],
         [60.0, 2.0875, 0.2283, -1.079536, -0.757202, 14.442220, -3.212666, 0.012863],
@@ -189,7 +191,7 @@ mod tests {
         [35.0, 1.1629, 0.2119, -1.440024, -0.813089, 8.486435, -2.423030, 0.193333],
     ];
 
-    /// Within what rounding of ε and Δ to four digits leaves; a brightness 2% off, the planted fault, is found out.
+    /// The tolerance is the rounding of ε and Δ to four digits. A brightness 2% off, the planted fault, is detected.
     #[test]
     fn coefficients_are_those_of_gendaylit() {
         for [elevation_deg, clearness, brightness, expected @ ..] in GENDAYLIT {
@@ -206,8 +208,8 @@ mod tests {
         }
     }
 
-    /// gendaylit's classes on 1 January, when the sun is so near that it is 1.035 times as bright: by irradiances of 600 and 150 W/m² and 250 and
-    /// 250, and by illuminances.
+    /// gendaylit's classes on 1 January, when the sun is near and 1.035 times as bright as on average: from irradiances of 600 and 150 W/m²
+    /// and of 250 and 250 W/m², and from illuminances.
     #[test]
     fn classes_are_those_of_gendaylit() {
         let near = 1.0351;

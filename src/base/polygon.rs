@@ -1,31 +1,31 @@
-//! Illuminance from a Lambertian polygon: Lambert's closed form, cut by the receiver's horizon.
+//! Illuminance from a Lambertian polygon: Lambert's closed form, with the polygon cut by the receiver's horizon.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// Triangles below this ratio of size to distance go by the series of [`far_sum`], and the others by angles.
+/// Triangles below this ratio of size to distance use the series of [`far_sum`]; the others use angles.
 ///
-/// At the border the three angles cancel to about 1/40 of their size, which costs under two digits' worth of the last
-/// place, and the series' first dropped term is below 1e-20.
+/// At this ratio the three angles cancel to about 1/40 of their size, which costs less than two decimal digits. The first dropped term of
+/// the series is below 1e-20.
 const FAR_SIZE_OVER_DISTANCE: f64 = 0.025;
 
-/// Illuminance that a uniform Lambertian triangle makes at a point, as a fraction of the triangle's exitance.
+/// Returns the illuminance that a uniform Lambertian triangle causes at a point, as a fraction of the triangle's exitance.
 ///
-/// The triangle emits from its front (the side from which its corners run counter-clockwise); a point behind it or in
-/// its plane gets 0. What lies below the receiver's horizon is cut off. Nothing else stands in between. The value is
-/// also the form factor from a small patch at the point to the triangle.
+/// The triangle emits from its front, the side from which its corners run counter-clockwise. A point behind it or in its plane gets 0. The
+/// part below the receiver's horizon is cut off. Nothing stands between triangle and point. The value is also the form factor from a small
+/// patch at the point to the triangle.
 ///
 /// Units: none (lx per lm/m²); `normal` is a unit vector. Range: 0 to 1.
-/// Accuracy: some 1e-15 absolutely; relatively too where the triangle is small and far, seen neither edge-on nor at
-/// the horizon.
+/// Accuracy: about 1e-15 absolute. The relative accuracy is the same for a small far triangle that is seen neither edge-on nor at the
+/// horizon.
 /// Source: J. H. Lambert, "Photometria", 1760.
 ///
 /// ```
 /// use glam::DVec3;
 /// use luxmc::base::polygon::triangle_illuminance_factor;
 ///
-/// // The four octants above a floor bring alike, so one octant's triangle brings a quarter.
+/// // The four octants above a floor give equal shares, so the triangle of one octant gives a quarter.
 /// let factor = triangle_illuminance_factor(DVec3::ZERO, DVec3::Z, [DVec3::X, DVec3::Z, DVec3::Y]);
 /// assert!((factor - 0.25).abs() < 1e-15);
 /// ```
@@ -37,7 +37,7 @@ pub fn triangle_illuminance_factor(point: DVec3, normal: DVec3, corners: [DVec3;
     let edge_ca = corners[0] - corners[2];
     let twice_area = edge_ab.cross(-edge_ca);
 
-    // The front is seen where the triangle's normal has a part towards the point.
+    // The point sees the front if the triangle's normal has a component towards the point.
     if twice_area.dot(a) >= 0.0 {
         return 0.0;
     }
@@ -59,10 +59,10 @@ pub fn triangle_illuminance_factor(point: DVec3, normal: DVec3, corners: [DVec3;
     clipped_factor(normal, [a, b, c], height, far)
 }
 
-/// The factor of a triangle that the horizon cuts.
+/// Returns the factor of a triangle that the horizon cuts.
 #[cold]
 fn clipped_factor(normal: DVec3, corners: [DVec3; 3], height: [f64; 3], far: bool) -> f64 {
-    // What is left of a triangle has three or four corners.
+    // The remaining part of a triangle has three or four corners.
     let mut left = [DVec3::ZERO; 4];
     let mut count = 0;
     for i in 0..3 {
@@ -72,7 +72,7 @@ fn clipped_factor(normal: DVec3, corners: [DVec3; 3], height: [f64; 3], far: boo
             count += 1;
         }
         if (height[i] > 0.0 && height[j] < 0.0) || (height[i] < 0.0 && height[j] > 0.0) {
-            // Weighing both corners keeps the digits of a near one, which moving along the edge would lose.
+            // Weighting both corners keeps the digits of a near corner. Moving along the edge from the other corner would lose them.
             let span = height[i] - height[j];
             left[count] = corners[i] * (-height[j] / span) + corners[j] * (height[i] / span);
             count += 1;
@@ -91,23 +91,23 @@ fn clipped_factor(normal: DVec3, corners: [DVec3; 3], height: [f64; 3], far: boo
     (-sum / TAU).clamp(0.0, 1.0)
 }
 
-/// One edge's term of Lambert's sum: the angle that the edge covers, times the cosine between the receiver's normal
-/// and the normal of the plane through the edge and the point.
+/// Returns one edge's term of Lambert's sum: the angle of the edge as seen from the point, times the cosine between the receiver's normal
+/// and the normal of the plane through edge and point.
 #[inline]
 fn edge_sum(normal: DVec3, from: DVec3, to: DVec3) -> f64 {
     let cross = from.cross(to);
     let sine = cross.length();
-    // An edge that runs through the line of sight covers no angle.
+    // An edge that lies on a line through the point has no angle.
     if sine == 0.0 {
         return 0.0;
     }
     sine.atan2(from.dot(to)) * normal.dot(cross) / sine
 }
 
-/// Lambert's sum for a small far triangle, where the edges' terms nearly cancel.
+/// Returns Lambert's sum for a small far triangle, where the terms of the edges nearly cancel.
 ///
-/// With w = θ/|r×r′| a weight of each edge, the sum is N·Σ w r×r′. The cross products alone add up to twice the area,
-/// so only the differences of the weights are needed besides, and those follow from the edges without cancellation.
+/// With a weight w = θ/|r×r′| for each edge, the sum is N·Σ w r×r′. The cross products alone add up to twice the area. Only the differences
+/// of the weights are needed in addition, and they follow from the edges without cancellation.
 #[inline]
 fn far_sum(normal: DVec3, [a, b, c]: [DVec3; 3], [ab, bc, ca]: [DVec3; 3], twice_area: DVec3) -> f64 {
     let (cross_ab, cross_bc, cross_ca) = (a.cross(ab), b.cross(bc), c.cross(ca));
@@ -116,28 +116,28 @@ fn far_sum(normal: DVec3, [a, b, c]: [DVec3; 3], [ab, bc, ca]: [DVec3; 3], twice
     let (shrink_ab, shrink_bc, shrink_ca) =
         (shrink(cross_ab, dot_ab), shrink(cross_bc, dot_bc), shrink(cross_ca, dot_ca));
 
-    // w = (1 + shrink)/dot, so that w′ − w = [(shrink′ − shrink)·dot + (1 + shrink)(dot − dot′)]/(dot·dot′), and
-    // dot − dot′ is an edge's projection on the corner that both share.
+    // w = (1 + shrink)/dot, so w′ − w = [(shrink′ − shrink)·dot + (1 + shrink)(dot − dot′)]/(dot·dot′). The difference dot − dot′ is an
+    // edge's projection on the corner that both edges share.
     let weight_ab = (1.0 + shrink_ab) / dot_ab;
     let more_bc = ((shrink_bc - shrink_ab) * dot_ab + (1.0 + shrink_ab) * b.dot(ca)) / (dot_ab * dot_bc);
     let more_ca = ((shrink_ca - shrink_ab) * dot_ab - (1.0 + shrink_ab) * a.dot(bc)) / (dot_ab * dot_ca);
     weight_ab * normal.dot(twice_area) + more_bc * normal.dot(cross_bc) + more_ca * normal.dot(cross_ca)
 }
 
-/// arctan(T)/T − 1 from T², for T² up to [`FAR_SIZE_OVER_DISTANCE`]² and a little more.
+/// Returns arctan(T)/T − 1 from T², for T² up to [`FAR_SIZE_OVER_DISTANCE`]² and a little more.
 #[inline]
 fn arctangent_shrink(t2: f64) -> f64 {
     t2 * (-1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (-1.0 / 7.0 + t2 * (1.0 / 9.0 + t2 * (-1.0 / 11.0 + t2 / 13.0)))))
 }
 
-/// Illuminance that a uniform Lambertian polygon makes at a point.
+/// Returns the illuminance that a uniform Lambertian polygon causes at a point.
 ///
-/// The corners are those of a plane simple polygon, convex or not, counter-clockwise as seen from its front, which
-/// emits; a point behind it or in its plane gets 0. What lies below the receiver's horizon is cut off. Nothing else
-/// stands in between. Fewer than three corners give 0.
+/// The corners belong to a plane simple polygon, convex or not. They run counter-clockwise as seen from its front, which emits. A point
+/// behind it or in its plane gets 0. The part below the receiver's horizon is cut off. Nothing stands between polygon and point. Fewer than
+/// three corners give 0.
 ///
 /// Units: positions in one length unit, `normal` a unit vector, exitance in lm/m², result in lx.
-/// Accuracy: some 1e-15 of the exitance; see [`triangle_illuminance_factor`].
+/// Accuracy: about 1e-15 of the exitance; see [`triangle_illuminance_factor`].
 /// Source: J. H. Lambert, "Photometria", 1760.
 ///
 /// ```
@@ -153,14 +153,14 @@ pub fn polygon_illuminance_lx(point: DVec3, normal: DVec3, corners: &[DVec3], ex
     exitance_lm_m2 * polygon_illuminance_factor(point, normal, corners)
 }
 
-/// Illuminance that a uniform Lambertian polygon makes at a point, as a fraction of its exitance.
+/// Returns the illuminance that a uniform Lambertian polygon causes at a point, as a fraction of its exitance.
 ///
-/// Units: none (lx per lm/m²). All else as in [`polygon_illuminance_lx`].
+/// Units: none (lx per lm/m²). Everything else as in [`polygon_illuminance_lx`].
 pub fn polygon_illuminance_factor(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let fan = || (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]);
     let twice_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
     let front = fan().map(twice_area).sum::<DVec3>();
-    // A fan's triangle that a hollow corner turns over is taken away again.
+    // At a concave corner a triangle of the fan is turned over. It is subtracted.
     let factor: f64 = fan()
         .map(|triangle| match twice_area(triangle).dot(front) >= 0.0 {
             true => triangle_illuminance_factor(point, normal, triangle),
@@ -259,8 +259,8 @@ mod tests {
                 };
                 let whole = factor(triangle);
                 let parts = factor([a, ab, ca]) + factor([ab, b, bc]) + factor([ca, bc, c]) + factor([ab, bc, ca]);
-                // Each edge's angle, some `scale` large, is rounded, and so are the corners of the parts: one part in
-                // 1e16 of the distance, 2/scale of the triangle's size.
+                // The angle of each edge, about `scale` large, is rounded. So are the corners of the parts, to 1e-16 of the distance, which
+                // is 2/scale of the triangle's size.
                 let tolerance = 3e-16 * scale + 4e-15 / scale * whole;
                 assert!(whole > 0.0 && (parts - whole).abs() < tolerance, "{scale} {normal}: {whole} {parts}");
             }
@@ -276,7 +276,7 @@ mod tests {
         let triangle = [to * d, to * d + v * s, to * d + u * s];
         let exact = 0.5 * 0.5 * (s * s) / (PI * d * d);
         let factor = triangle_illuminance_factor(DVec3::ZERO, DVec3::Z, triangle);
-        // The corners hold s to 1e-16·d/s = 2e-7.
+        // The rounded corners hold s to 1e-16·d/s = 2e-7.
         assert!((factor / exact - 1.0).abs() < 1e-6, "{factor} {exact}");
     }
 

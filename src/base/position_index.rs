@@ -1,8 +1,8 @@
-//! The position index of CIE 117: how much brighter than on the line of sight a luminaire must be to disturb as much.
+//! The position index of CIE 117: how much brighter than on the line of sight a luminaire must be to cause the same discomfort.
 
 use glam::DVec3;
 
-/// The variant of the position index, in words.
+/// The variant of the position index, as text.
 pub const POSITION_INDEX: &str = "table 4.1 of CIE 117:1995, interpolated; a luminaire outside of it does not count";
 
 /// Step of both ratios in the table.
@@ -11,13 +11,13 @@ const STEP: f64 = 0.1;
 const ROWS: usize = 31;
 /// Columns: H/R from 0 to 1.9.
 const COLUMNS: usize = 20;
-/// Where the table has no index.
+/// Marks entries for which the table has no index.
 const NO: f64 = f64::NAN;
 
-/// Why a luminaire has no position index, and does not count.
+/// Why a luminaire has no position index and therefore does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outside {
-    /// It stands beside the observer or behind.
+    /// It stands beside or behind the observer.
     Behind,
     /// It stands below the line of sight.
     Below,
@@ -28,7 +28,7 @@ pub enum Outside {
 }
 
 impl Outside {
-    /// In words.
+    /// Returns the reason as text.
     pub fn says(self) -> &'static str {
         match self {
             Outside::Behind => "beside or behind the observer",
@@ -39,16 +39,16 @@ impl Outside {
     }
 }
 
-/// Position index of a source.
+/// Returns the position index of a source.
 ///
-/// `view` is the line of sight and `towards` the offset or the direction of the source; up is +z. With R the distance
-/// along the line of sight, T that aside and H that above it, the index is interpolated linearly in T/R and H/R.
+/// `view` is the line of sight. `towards` is the offset or the direction of the source. Up is +z. R is the distance along the line of
+/// sight, T the distance aside and H the height above it. The index is interpolated linearly in T/R and H/R.
 ///
 /// Range: 1 or more.
 ///
 /// # Errors
 ///
-/// Why the source has no index.
+/// The reason why the source has no index.
 ///
 /// Source: CIE 117:1995, table 4.1, as published (7.50 at T/R = 2.7, H/R = 0.6, where its neighbours suggest 7.05).
 pub fn position_index(view: DVec3, towards: DVec3) -> Result<f64, Outside> {
@@ -64,7 +64,7 @@ pub fn position_index(view: DVec3, towards: DVec3) -> Result<f64, Outside> {
     }
     let (row, down) = place(aside, ROWS).ok_or(Outside::Aside)?;
     let (column, across) = place(height.max(0.0), COLUMNS).ok_or(Outside::Above)?;
-    // A corner that lacks its index matters only where it has a weight.
+    // A corner without an index matters only if its weight is above 0.
     let corner = |i: usize, j: usize, weight: f64| if weight > 0.0 { weight * TABLE[row + i][column + j] } else { 0.0 };
     let index = corner(0, 0, (1.0 - down) * (1.0 - across))
         + corner(1, 0, down * (1.0 - across))
@@ -73,14 +73,14 @@ pub fn position_index(view: DVec3, towards: DVec3) -> Result<f64, Outside> {
     if index.is_nan() { Err(Outside::Above) } else { Ok(index) }
 }
 
-/// So far below the line of sight, as H/R, a source still lies on it: the rounding of directions.
+/// A source this far below the line of sight, as H/R, still counts as on it, because directions are rounded.
 const ON_LINE_OF_SIGHT: f64 = 1e-9;
 
-/// The entry before a ratio, and how far on to the next one it lies; `None` beyond the table.
+/// Returns the entry at or before a ratio and the ratio's distance from it in steps; `None` beyond the table.
 fn place(ratio: f64, count: usize) -> Option<(usize, f64)> {
     let steps = ratio / STEP;
     let last = (count - 1) as f64;
-    // Rounding must not push a ratio that is the table's last beyond it.
+    // Rounding must not push a ratio at the table's last entry beyond it.
     if steps > last * (1.0 + ON_LINE_OF_SIGHT) {
         return None;
     }

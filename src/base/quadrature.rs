@@ -1,4 +1,4 @@
-//! Numerical integration: fixed Gauss–Legendre rules, adaptive Gauss–Kronrod, and tanh-sinh for singular ends.
+//! Numerical integration: fixed Gauss–Legendre rules, adaptive Gauss–Kronrod, and tanh-sinh for singular endpoints.
 
 use std::num::NonZeroUsize;
 
@@ -12,9 +12,9 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule with `count` nodes (at least 1), in rising order; exact for polynomials of degree 2·count − 1.
+    /// Makes the rule with `count` nodes (at least 1), in rising order. It is exact for polynomials of degree 2·count − 1.
     ///
-    /// Accuracy: nodes and weights to some 1e-16.
+    /// Accuracy: nodes and weights to about 1e-16.
     pub fn new(count: usize) -> GaussLegendre {
         let count = NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN);
         let rule = gauss_quad::legendre::GaussLegendre::new(count);
@@ -24,23 +24,23 @@ impl GaussLegendre {
         GaussLegendre { nodes, weights }
     }
 
-    /// Nodes on −1 to 1, rising.
+    /// Returns the nodes on −1 to 1, rising.
     pub fn nodes(&self) -> &[f64] {
         &self.nodes
     }
 
-    /// Weights; their sum is 2.
+    /// Returns the weights; their sum is 2.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// Nodes and weights moved to the interval from `a` to `b`.
+    /// Returns nodes and weights moved to the interval from `a` to `b`.
     pub fn on(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         self.nodes.iter().zip(&self.weights).map(move |(x, w)| (middle + half * x, half * w))
     }
 
-    /// Integral of `f` from `a` to `b` by this rule.
+    /// Returns the integral of `f` from `a` to `b` by this rule.
     pub fn integrate(&self, a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
         self.on(a, b).map(|(x, w)| w * f(x)).sum()
     }
@@ -58,7 +58,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// A relative tolerance, with at most 100,000 evaluations.
+    /// Makes a relative tolerance, with at most 100,000 evaluations.
     pub fn relative(relative: f64) -> Tolerance {
         Tolerance { absolute: 0.0, relative, evaluations: 100_000 }
     }
@@ -81,7 +81,7 @@ pub struct Integral {
     pub converged: bool,
 }
 
-/// Nodes of the 15-point Kronrod rule, the last in the middle; those with odd index are the 7-point Gauss rule's.
+/// Nodes of the 15-point Kronrod rule, the middle node last. Those with an odd index are the nodes of the 7-point Gauss rule.
 const KRONROD_NODES: [f64; 8] = [
     0.991_455_371_120_812_6,
     0.949_107_912_342_758_5,
@@ -105,8 +105,8 @@ const KRONROD_WEIGHTS: [f64; 8] = [
 const GAUSS_WEIGHTS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
-/// Pieces below this fraction of the interval are not halved, so that a pole that no integral has is not
-/// followed down to where the numbers end and mistaken for one; 1/√x there holds 1e-15 of its integral.
+/// Pieces below this fraction of the interval are not halved. Otherwise a pole without an integral would be followed down to the smallest
+/// numbers and mistaken for an integrable one. For 1/√x, a piece of this width holds 1e-15 of the integral.
 const NARROWEST_PIECE: f64 = 1e-30;
 
 /// A piece of the interval with its own value and error.
@@ -117,11 +117,10 @@ struct IntervalPiece {
     error: f64,
 }
 
-/// Integral of `f` from `a` to `b` (both finite) by bisecting where the 7-point Gauss and the 15-point Kronrod rule differ most.
+/// Returns the integral of `f` from `a` to `b` (both finite). It bisects where the 7-point Gauss and the 15-point Kronrod rule differ most.
 ///
-/// Good for kinks, jumps, peaks and weak singularities at unknown places; the ends themselves are never evaluated.
-/// The estimated error is the rules' plain difference, which is far larger than the Kronrod rule's own error where
-/// the integrand is smooth; it is not a bound.
+/// It suits kinks, jumps, peaks and weak singularities at unknown positions. It never evaluates the endpoints. The estimated error is the
+/// plain difference of the two rules. For smooth integrands it is far larger than the Kronrod rule's own error, but it is not a bound.
 ///
 /// ```
 /// use luxmc::base::quadrature::{Tolerance, integrate_adaptive};
@@ -153,7 +152,7 @@ pub fn integrate_adaptive(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, toleran
         if converged || evaluations + 30 > tolerance.evaluations || error.is_nan() {
             return Integral { value, estimated_error: error, evaluations, converged };
         }
-        // All pieces within a factor of the worst are halved at once, which keeps the number of passes small.
+        // Halves all pieces whose error is within a factor of the worst one at once, which keeps the number of passes small.
         let worst = pieces.iter().map(|p| p.error).fold(0.0, f64::max);
         let mut next = Vec::with_capacity(2 * pieces.len());
         let mut halved = false;
@@ -179,11 +178,11 @@ pub fn integrate_adaptive(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, toleran
     }
 }
 
-/// Integral of `f` over `a` to `b` (both finite) by the tanh-sinh rule: for integrands analytic inside, with whatever integrable
-/// singularities at the ends (logarithms, powers above −1).
+/// Returns the integral of `f` from `a` to `b` (both finite) by the tanh-sinh rule. The integrand must be analytic inside. It may have any
+/// integrable singularities at the ends (logarithms, powers above −1).
 ///
-/// `f` gets the place and its distance from the nearer end, exact even where the place itself rounds to the end.
-/// The estimated error is the difference between the last two levels, which halve the step each.
+/// `f` gets the abscissa and its distance from the nearer end. The distance is exact even where the abscissa rounds to the end. The
+/// estimated error is the difference between the last two levels; each level halves the step.
 /// Source: H. Takahasi, M. Mori, "Double exponential formulas for numerical integration", 1974.
 ///
 /// ```
@@ -200,7 +199,7 @@ pub fn integrate_tanh_sinh(mut f: impl FnMut(f64, f64) -> f64, a: f64, b: f64, t
     let mut evaluations = 0;
     let mut at = |t: f64| {
         let s = std::f64::consts::FRAC_PI_2 * t.abs().sinh();
-        // Distance from the nearer end as a fraction of the half-length, 2/(1 + e^{2s}), and the map's slope.
+        // Distance from the nearer end as a fraction of the half-length, 2/(1 + e^{2s}), and the slope of the mapping.
         let gap = 2.0 / (1.0 + (2.0 * s).exp());
         let weight = std::f64::consts::FRAC_PI_2 * t.cosh() * gap * (2.0 - gap);
         let distance = half * gap;

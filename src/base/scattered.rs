@@ -1,6 +1,6 @@
-//! An order of numbers in which the first few are spread over all.
+//! An order of numbers in which the first few are spread over the whole range.
 
-/// The numbers below `count`, so ordered that the first of them are spread over all.
+/// Returns the numbers below `count` in an order in which the first few are spread over the whole range.
 pub fn scattered(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed = move |number: usize| number.reverse_bits().checked_shr(usize::BITS - bits).unwrap_or(0);

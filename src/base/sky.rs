@@ -1,4 +1,4 @@
-//! Luminance of skies: how it depends on direction, and what it brings to planes.
+//! Luminance of skies as a function of direction, and the illuminance that skies give planes.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -27,18 +27,19 @@ const GENERAL: [[f64; 5]; 15] = [
     [-1.0, -0.15, 16.0, -3.0, 0.30],
     [-1.0, -0.15, 24.0, -2.8, 0.15],
 ];
-/// Nodes in the sine of the elevation and steps around the horizon of integrals over general skies: with twice as many of both, type 15
-/// changes by less than 1e-4.
+/// Nodes in the sine of the elevation, and steps around the horizon, of integrals over general skies. With twice as many of both, the
+/// results of type 15 change by less than 1e-4.
 const NODES: usize = 96;
 const STEPS: u32 = 360;
 
-/// Least cosine from the zenith at which the all-weather sky's gradation is taken: half a degree above the horizon.
+/// Least cosine from the zenith at which the all-weather sky's gradation is evaluated: half a degree above the horizon.
 const LEAST_COSINE: f64 = 0.01;
-/// Steps of the angle from the sun by which the largest luminance of all-weather skies is found, and what it may be more between them.
+/// Steps of the angle from the sun that find the largest luminance of all-weather skies, and a factor that allows for more between the
+/// steps.
 const ANGLES: u32 = 4096;
 const BETWEEN: f64 = 1.001;
 
-/// How luminance is spread over a sky, relative to that of its zenith. The z axis points up.
+/// Distribution of luminance over a sky, relative to that of its zenith. The z axis points up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SkyPattern {
     /// The same everywhere.
@@ -62,7 +63,7 @@ pub enum SkyPattern {
 }
 
 impl SkyPattern {
-    /// The general sky of a type from 1 to 15, with the sun in a unit direction.
+    /// Returns the general sky of a type from 1 to 15, with the sun in a unit direction.
     ///
     /// ```
     /// use glam::DVec3;
@@ -76,14 +77,14 @@ impl SkyPattern {
         SkyPattern::General { coefficients: GENERAL[(kind - 1).min(GENERAL.len() - 1)], sun }
     }
 
-    /// The all-weather sky of a class, with the sun in a unit direction; `None` where the model has no light in the zenith.
+    /// Returns the all-weather sky of a class, with the sun in a unit direction; `None` where the model's zenith is dark.
     pub fn all_weather(class: &SkyClass, sun: DVec3) -> Option<SkyPattern> {
         let coefficients = class.coefficients();
         let is_lit = all_weather(&coefficients, 1.0, sun.z) > 0.0;
         is_lit.then_some(SkyPattern::AllWeather { coefficients, sun })
     }
 
-    /// Luminance in a unit direction above the horizon over that of the zenith.
+    /// Returns the luminance in a unit direction above the horizon, divided by that of the zenith.
     pub fn relative_luminance(&self, towards: DVec3) -> f64 {
         match self {
             SkyPattern::Uniform => 1.0,
@@ -99,7 +100,7 @@ impl SkyPattern {
         }
     }
 
-    /// A bound of the relative luminance over all directions.
+    /// Returns an upper bound of the relative luminance over all directions.
     fn largest(&self) -> f64 {
         match self {
             SkyPattern::Uniform | SkyPattern::Overcast => 1.0,
@@ -108,7 +109,7 @@ impl SkyPattern {
                 largest / (indicatrix(coefficients, sun.z) * gradation(coefficients, 1.0))
             }
             SkyPattern::AllWeather { coefficients, sun } => {
-                // The gradation is largest at one of its ends.
+                // The gradation is largest either in the zenith or at the horizon.
                 let about_sun = (0..=ANGLES).map(|step| {
                     let cosine = (PI * f64::from(step) / f64::from(ANGLES)).cos();
                     all_weather(coefficients, 1.0, cosine).max(all_weather(coefficients, LEAST_COSINE, cosine))
@@ -119,17 +120,17 @@ impl SkyPattern {
     }
 }
 
-/// φ(Z) = 1 + a exp(b/cos Z).
+/// Returns φ(Z) = 1 + a exp(b/cos Z).
 fn gradation([a, b, ..]: &[f64; 5], cos_zenith_angle: f64) -> f64 {
     if cos_zenith_angle <= 0.0 { 1.0 } else { 1.0 + a * (b / cos_zenith_angle).exp() }
 }
 
-/// f(χ) = 1 + c (exp dχ − exp(dπ/2)) + e cos² χ.
+/// Returns f(χ) = 1 + c (exp dχ − exp(dπ/2)) + e cos² χ.
 fn indicatrix([_, _, c, d, e]: &[f64; 5], cosine: f64) -> f64 {
     1.0 + c * ((d * cosine.acos()).exp() - (d * FRAC_PI_2).exp()) + e * cosine * cosine
 }
 
-/// (1 + a exp(b/cos ζ)) (1 + c exp(d χ) + e cos² χ), by the cosines of the angles from the zenith and from the sun.
+/// Returns (1 + a exp(b/cos ζ)) (1 + c exp(d χ) + e cos² χ) from the cosines of the angles from the zenith and from the sun.
 fn all_weather([a, b, c, d, e]: &[f64; 5], from_zenith: f64, from_sun: f64) -> f64 {
     let cosine = from_sun.clamp(-1.0, 1.0);
     let gradation = 1.0 + a * (b / from_zenith.max(LEAST_COSINE)).exp();
@@ -150,7 +151,7 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// A sky by the luminance of its zenith in cd/m², over a ground of a reflectance.
+    /// Makes a sky from the luminance of its zenith in cd/m², over a ground with a reflectance.
     pub fn of_zenith(pattern: SkyPattern, zenith_cd_m2: f64, ground_reflectance: f64) -> Sky {
         let mut sky = Sky {
             pattern,
@@ -175,13 +176,13 @@ impl Sky {
         sky
     }
 
-    /// A sky by the illuminance in lx that it alone gives an open horizontal plane.
+    /// Makes a sky from the illuminance in lx that the sky alone gives an open horizontal plane.
     pub fn of_horizontal(pattern: SkyPattern, horizontal_lx: f64, ground_reflectance: f64) -> Sky {
         let unit_lx = Sky::of_zenith(pattern, 1.0, 0.0).horizontal_lx;
         Sky::of_zenith(pattern, horizontal_lx / unit_lx, ground_reflectance)
     }
 
-    /// The same sky, that much brighter.
+    /// Returns the same sky, brighter by this factor.
     pub fn scaled(&self, factor: f64) -> Sky {
         Sky {
             zenith_cd_m2: factor * self.zenith_cd_m2,
@@ -193,49 +194,49 @@ impl Sky {
         }
     }
 
-    /// Luminance in cd/m² in a unit direction, that of the ground below the horizon.
+    /// Returns the luminance in cd/m² in a unit direction. Below the horizon it is the luminance of the ground.
     #[inline]
     pub fn luminance_cd_m2(&self, towards: DVec3) -> f64 {
         if towards.z > 0.0 { self.zenith_cd_m2 * self.pattern.relative_luminance(towards) } else { self.ground_cd_m2 }
     }
 
-    /// Reflectance of the ground below.
+    /// Returns the reflectance of the ground.
     pub fn ground_reflectance(&self) -> f64 {
         self.ground_reflectance
     }
 
-    /// Luminance of the zenith in cd/m².
+    /// Returns the luminance of the zenith in cd/m².
     pub fn zenith_cd_m2(&self) -> f64 {
         self.zenith_cd_m2
     }
 
-    /// A bound of the luminance in cd/m² over all directions.
+    /// Returns an upper bound of the luminance in cd/m² over all directions.
     pub fn largest_cd_m2(&self) -> f64 {
         self.largest_cd_m2
     }
 
-    /// Illuminance in lx that the sky alone gives an open horizontal plane.
+    /// Returns the illuminance in lx that the sky alone gives an open horizontal plane.
     pub fn horizontal_lx(&self) -> f64 {
         self.horizontal_lx
     }
 
-    /// ∫ L dω over all directions, ground and all, in cd·sr/m².
+    /// Returns ∫ L dω over all directions, the ground included, in cd·sr/m².
     pub fn total_cd_sr_m2(&self) -> f64 {
         self.total_cd_sr_m2
     }
 
-    /// Illuminance in lx on a plane with a unit normal, where nothing but the ground hides the sky.
+    /// Returns the illuminance in lx on a plane with a unit normal, where only the ground hides the sky.
     ///
-    /// Source: docs/methods.md (28). Accuracy: uniform and overcast skies are closed forms; the general ones are integrated to some 1e-4.
+    /// Source: docs/methods.md (28). Accuracy: uniform and overcast skies have closed forms; the others are integrated to about 1e-4.
     pub fn illuminance_lx(&self, normal: DVec3) -> f64 {
         let cosine = normal.z.clamp(-1.0, 1.0);
         let from_ground_lx = PI * self.ground_cd_m2 * 0.5 * (1.0 - cosine);
-        // ∫ cos θ dω over what lies above both the horizon and the plane.
+        // ∫ cos θ dω over the directions above both the horizon and the plane.
         let of_uniform = 0.5 * PI * (1.0 + cosine);
         let relative = match self.pattern {
             SkyPattern::Uniform => of_uniform,
             SkyPattern::Overcast => {
-                // ∫ sin γ cos θ dω over the same.
+                // ∫ sin γ cos θ dω over the same directions.
                 let tilt = cosine.acos();
                 let of_sine = 2.0 / 3.0 * (tilt.sin() + (PI - tilt) * cosine);
                 (of_uniform + 2.0 * of_sine) / 3.0
@@ -248,7 +249,7 @@ impl Sky {
     }
 }
 
-/// ∫ over the directions above the horizon, of what may change fast about the sun.
+/// Returns ∫ f dω over the directions above the horizon, for integrands that may change fast near the sun.
 fn over_hemisphere(f: impl Fn(DVec3) -> f64) -> f64 {
     let rule = GaussLegendre::new(NODES);
     rule.integrate(0.0, 1.0, |sine| {
@@ -269,7 +270,7 @@ mod tests {
         (one / other - 1.0).abs() < relative
     }
 
-    /// Closed forms against the rule that general skies go by; a coefficient 1% off (the planted fault) is found out.
+    /// Compares the closed forms with the rule that integrates general skies. A coefficient 1% off, the planted fault, is detected.
     #[test]
     fn the_closed_forms_are_the_integrals() {
         for pattern in [SkyPattern::Uniform, SkyPattern::Overcast] {
@@ -290,8 +291,9 @@ mod tests {
         assert!(close(overcast.zenith_cd_m2(), 10_000.0 * 9.0 / (7.0 * PI), 1e-12));
     }
 
-    /// The luminances of gendaylit's skies, its scale times 179 lm/W times the formula in the zenith and 30° off it towards and from the sun, from
-    /// what the sky is given by; a sun 10° lower, the planted fault, is found out. Both integrals, the date and ε and Δ leave 5%. None passes its bound.
+    /// Compares luminances with gendaylit's skies: its scale times 179 lm/W times the formula, in the zenith and 30° off it towards and
+    /// away from the sun. The skies come from the given illuminances. A sun 10° lower, the planted fault, is detected. The two integrals,
+    /// the date and the rounding of ε and Δ leave 5%. No luminance exceeds its bound.
     #[test]
     fn all_weather_skies_are_as_bright_as_those_of_gendaylit() {
         for (elevation_deg, direct_lx, diffuse_lx, scale, [a, b, c, d, e]) in [
@@ -327,7 +329,8 @@ mod tests {
         }
     }
 
-    /// Every general sky has its zenith at 1, never passes its bound, and is the same by twice the nodes within 1e-4.
+    /// Every general sky has the relative luminance 1 in its zenith, never exceeds its bound, and changes by at most 1e-4 with twice the
+    /// nodes.
     #[test]
     fn general_skies_are_normalised_and_bounded() {
         for kind in 1..=15 {
@@ -349,7 +352,7 @@ mod tests {
             let sky = Sky::of_zenith(pattern, 1.0, 0.0);
             assert!(close(sky.horizontal_lx(), fine_lx, 1e-4), "type {kind}: {} {fine_lx}", sky.horizontal_lx());
         }
-        // Type 12, the clear sky of low turbidity, a right angle from the sun and 45° high, by hand.
+        // Type 12, the clear sky of low turbidity, 45° high at a right angle from the sun, computed by hand.
         let clear = SkyPattern::general(12, DVec3::new(1.0, 0.0, 1.0).normalize());
         let [half, quarter] = [0.5f64, 0.25].map(|turn| 1.0 + 10.0 * ((-3.0 * PI * turn).exp() - (-1.5 * PI).exp()));
         let expected = half / (quarter + 0.45 * 0.5) * (1.0 - (-0.32 * 2f64.sqrt()).exp()) / (1.0 - (-0.32f64).exp());

@@ -1,4 +1,4 @@
-//! The sky cut into patches: Reinhart's division of Tregenza's 145.
+//! The sky divided into patches: Reinhart's subdivision of Tregenza's 145 patches.
 //!
 //! Source: P. R. Tregenza, Subdivision of the sky hemisphere for luminance measurements, Lighting Research and Technology 19 (1987) 13–14;
 //! C. F. Reinhart, Daylight availability and manual lighting control in office buildings (2001).
@@ -7,21 +7,21 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-/// Patches of each of Tregenza's rows below the zenith.
+/// Number of patches in each of Tregenza's rows below the zenith.
 const TREGENZA: [u32; 7] = [30, 30, 24, 24, 18, 12, 6];
 
-/// Rows of equal height around a cap in the zenith. Patches are numbered from the horizon up, in each row from north (+y) towards east (+x);
-/// the first of a row lies about north.
+/// Rows of equal height around a cap in the zenith. Patches are numbered from the horizon upwards. Each row runs from north (+y) towards
+/// east (+x), and its first patch is centred on north.
 #[derive(Clone, Debug)]
 pub struct SkyPatches {
-    /// Number of the first patch of each row, the cap's for a row; at last the number of all.
+    /// Number of the first patch of each row, where the cap counts as a row. The last entry is the number of all patches.
     firsts: Vec<u32>,
     /// Height of a row in radians.
     height: f64,
 }
 
 impl SkyPatches {
-    /// Tregenza's patches, each side cut into so many parts.
+    /// Makes Tregenza's patches with each side cut into `subdivision` parts.
     ///
     /// ```
     /// use luxmc::base::sky_patches::SkyPatches;
@@ -39,12 +39,12 @@ impl SkyPatches {
         SkyPatches { height: FRAC_PI_2 / (f64::from(TREGENZA.len() as u32 * subdivision) + 0.5), firsts }
     }
 
-    /// Number of patches.
+    /// Returns the number of patches.
     pub fn count(&self) -> usize {
         self.firsts[self.firsts.len() - 1] as usize
     }
 
-    /// The patch that holds a unit direction; `None` below the horizon.
+    /// Returns the patch that holds a unit direction; `None` below the horizon.
     pub fn patch_of(&self, towards: DVec3) -> Option<usize> {
         if towards.z <= 0.0 {
             return None;
@@ -58,7 +58,7 @@ impl SkyPatches {
         Some((self.firsts[row] + place) as usize)
     }
 
-    /// The sines of the elevation between which a patch lies, and the azimuths from north towards east in radians.
+    /// Returns the limits of a patch: the sines of its elevations, and its azimuths from north towards east in radians.
     fn bounds(&self, patch: usize) -> [[f64; 2]; 2] {
         let row = self.firsts.partition_point(|first| *first as usize <= patch) - 1;
         let across = f64::from(self.firsts[row + 1] - self.firsts[row]);
@@ -69,19 +69,19 @@ impl SkyPatches {
         [[sine(row as f64), upper], [-0.5, 0.5].map(|side| TAU * (place + side) / across)]
     }
 
-    /// Solid angle of a patch in sr.
+    /// Returns the solid angle of a patch in sr.
     pub fn solid_angle_sr(&self, patch: usize) -> f64 {
         let [[low, high], [from, to]] = self.bounds(patch);
         (high - low) * (to - from)
     }
 
-    /// Illuminance in lx that a patch of 1 cd/m² gives an open horizontal plane: ∫ sin γ dω.
+    /// Returns the illuminance in lx that a patch of 1 cd/m² gives an open horizontal plane: ∫ sin γ dω.
     pub fn horizontal_sr(&self, patch: usize) -> f64 {
         let [[low, high], [from, to]] = self.bounds(patch);
         0.5 * (high * high - low * low) * (to - from)
     }
 
-    /// `parts`² directions that stand for equal parts of a patch's solid angle.
+    /// Returns `parts`² directions, each the middle of an equal part of a patch's solid angle.
     pub fn directions(&self, patch: usize, parts: u32) -> impl Iterator<Item = DVec3> {
         let [[low, high], [from, to]] = self.bounds(patch);
         let share = move |part: u32| (f64::from(part) + 0.5) / f64::from(parts);
@@ -94,15 +94,15 @@ impl SkyPatches {
     }
 }
 
-/// ∫ sin γ dω over the whole sky, to check sums by.
+/// ∫ sin γ dω over the whole sky, to check sums against.
 pub const HORIZONTAL_SR: f64 = PI;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Every patch's own directions lie in it, all solid angles are those of the sky, every direction has a patch, and the cap is as wide as a
-    /// row is high. Rows 4% too high, the planted fault, are found out by the directions and by the cap.
+    /// The directions of every patch lie in it. All solid angles add up to that of the sky. Every direction has a patch, and the cap is as
+    /// wide as a row is high. Rows 4% too high, the planted fault, are detected by the directions and by the cap.
     #[test]
     fn patches_part_the_sky() {
         for subdivision in 1..=4 {
@@ -121,7 +121,8 @@ mod tests {
         }
     }
 
-    /// The first patch lies about north, the next one towards east; the zenith is the cap's, and below the horizon there is none.
+    /// The first patch is centred on north and the next one lies towards east. The zenith belongs to the cap. There is no patch below the
+    /// horizon.
     #[test]
     fn patches_are_numbered_from_north_towards_east() {
         let patches = SkyPatches::new(1);

@@ -1,7 +1,7 @@
-//! Where the sun stands, by place and time.
+//! Position of the sun by location and time.
 //!
 //! Source: J. Meeus, Astronomical Algorithms, 2nd edition, chapters 7, 12, 13, 22 and 25 (lower accuracy); refraction by chapter 16.
-//! Accuracy: 0.01° in both angles from 1950 to 2050 and beyond; the difference of the earth's rotation and even time is neglected.
+//! Accuracy: 0.01° in both angles from 1950 to 2050 and beyond. The difference between universal time and uniform time is neglected.
 
 use glam::DVec3;
 
@@ -9,9 +9,9 @@ use glam::DVec3;
 const J2000_DAYS: f64 = 2_451_545.0;
 /// Parallax of the sun at the horizon in degrees: 8.794″.
 const PARALLAX_DEG: f64 = 8.794 / 3600.0;
-/// Pressure in hPa and temperature in °C for which light is bent by the air.
+/// Pressure in hPa and temperature in °C for which the refraction by the air is computed.
 const AIR: [f64; 2] = [1010.0, 10.0];
-/// A sun whose middle stands this low in degrees is not lifted above the horizon.
+/// Below this elevation of its centre in degrees, refraction no longer lifts the sun above the horizon.
 const SET_DEG: f64 = -0.8333;
 
 /// A moment, as days since the Julian era began.
@@ -24,7 +24,7 @@ pub struct Moment {
 pub const DAYS_OF_MONTHS: [u32; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
 
 impl Moment {
-    /// A date of the Gregorian calendar and a time in hours of universal time, which may lie outside of its day.
+    /// Makes a moment from a date of the Gregorian calendar and a time in hours of universal time. The time may lie outside that day.
     pub fn of_date(year: i32, month: u32, day: u32, hours: f64) -> Moment {
         let (year, month) = if month > 2 { (f64::from(year), month) } else { (f64::from(year) - 1.0, month + 12) };
         let century = (year / 100.0).floor();
@@ -33,13 +33,13 @@ impl Moment {
         Moment { julian_days: days + f64::from(day) + hours / 24.0 + leap_days - 1524.5 }
     }
 
-    /// Julian centuries since 2000.
+    /// Returns Julian centuries since 2000.
     fn centuries(self) -> f64 {
         (self.julian_days - J2000_DAYS) / 36525.0
     }
 }
 
-/// Place of the sun among the stars, in degrees.
+/// Position of the sun among the stars, in degrees.
 #[derive(Clone, Copy, Debug)]
 struct Apparent {
     right_ascension_deg: f64,
@@ -75,7 +75,7 @@ impl Apparent {
     }
 }
 
-/// Elevation and azimuth of the sun in degrees, refraction left out; the azimuth counts from north towards east.
+/// Returns elevation and azimuth of the sun in degrees, without refraction. The azimuth counts from north towards east.
 fn without_air_deg(latitude_deg: f64, longitude_deg: f64, moment: Moment) -> [f64; 2] {
     let sun = Apparent::at(moment);
     let hour_angle = (sun.sidereal_deg + longitude_deg - sun.right_ascension_deg).to_radians();
@@ -87,7 +87,7 @@ fn without_air_deg(latitude_deg: f64, longitude_deg: f64, moment: Moment) -> [f6
     [elevation_deg - PARALLAX_DEG * elevation_deg.to_radians().cos(), east.atan2(north).to_degrees().rem_euclid(360.0)]
 }
 
-/// What the air lifts the sun by in degrees, at a pressure in hPa and a temperature in °C.
+/// Returns the angle in degrees by which the air lifts the sun, at a pressure in hPa and a temperature in °C.
 fn refraction_deg(elevation_deg: f64, [pressure_hpa, temperature_c]: [f64; 2]) -> f64 {
     if elevation_deg < SET_DEG {
         return 0.0;
@@ -96,14 +96,14 @@ fn refraction_deg(elevation_deg: f64, [pressure_hpa, temperature_c]: [f64; 2]) -
     (pressure_hpa / 1010.0) * (283.0 / (273.0 + temperature_c)) * 1.02 / (60.0 * angle.tan())
 }
 
-/// Elevation and azimuth in degrees at which the sun is seen: as the air bends its light, at 1010 hPa and 10 °C. The azimuth counts from
-/// north towards east, the latitude from the equator to the north, the longitude from Greenwich to the east.
+/// Returns elevation and azimuth in degrees at which the sun is seen, with refraction at 1010 hPa and 10 °C. The azimuth counts from north
+/// towards east. Latitude is positive to the north of the equator, longitude to the east of Greenwich.
 pub fn solar_position_deg(latitude_deg: f64, longitude_deg: f64, moment: Moment) -> [f64; 2] {
     let [elevation_deg, azimuth_deg] = without_air_deg(latitude_deg, longitude_deg, moment);
     [elevation_deg + refraction_deg(elevation_deg, AIR), azimuth_deg]
 }
 
-/// Unit vector of an elevation and an azimuth: x is east, y north and z up.
+/// Returns the unit vector of an elevation and an azimuth in degrees: x is east, y north and z up.
 pub fn direction_of(elevation_deg: f64, azimuth_deg: f64) -> DVec3 {
     let ((height, flat), (east, north)) = (elevation_deg.to_radians().sin_cos(), azimuth_deg.to_radians().sin_cos());
     DVec3::new(flat * east, flat * north, height)
@@ -113,13 +113,13 @@ pub fn direction_of(elevation_deg: f64, azimuth_deg: f64) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Meeus, examples 7.a, 12.a and 25.a.
+    /// Compares with Meeus, examples 7.a, 12.a and 25.a.
     #[test]
     fn days_sidereal_time_and_the_sun_are_those_of_the_book() {
         assert!((Moment::of_date(1957, 10, 4, 0.81 * 24.0).julian_days - 2_436_116.31).abs() < 1e-9);
         let sidereal = Moment::of_date(1987, 4, 10, 0.0);
         assert!((sidereal.julian_days - 2_446_895.5).abs() < 1e-9);
-        // Apparent, 13 h 10 min 46.1351 s.
+        // Apparent sidereal time, 13 h 10 min 46.1351 s.
         let apparent_deg = 15.0 * (13.0 + 10.0 / 60.0 + 46.1351 / 3600.0);
         assert!((Apparent::at(sidereal).sidereal_deg - apparent_deg).abs() < 2e-4);
         let sun = Apparent::at(Moment::of_date(1992, 10, 13, 0.0));
@@ -127,8 +127,8 @@ mod tests {
         assert!((sun.declination_deg + 7.78507).abs() < 1e-4, "{sun:?}");
     }
 
-    /// The example of NREL's solar position algorithm (Reda and Andreas 2008, appendix A.5): Golden, 17 October 2003, 12:30:30 at UTC − 7 h,
-    /// zenith angle 50.11162° at 820 hPa and 11 °C, azimuth 194.34024°. An hour later, the planted fault, is found out.
+    /// The example of NREL's solar position algorithm (Reda and Andreas 2008, appendix A.5): Golden, 17 October 2003, 12:30:30 at UTC − 7
+    /// h, zenith angle 50.11162° at 820 hPa and 11 °C, azimuth 194.34024°. One hour later, the planted fault, is detected.
     #[test]
     fn the_sun_stands_where_the_solar_position_algorithm_has_it() {
         let at = |hours: f64| {
@@ -145,8 +145,8 @@ mod tests {
         assert!((refraction_deg(39.872046, [820.0, 11.0]) - 0.016332).abs() < 2e-6);
     }
 
-    /// At the tropic the sun stands in the zenith at noon of the solstice, at the pole as high as it is declined all day, and in polar night
-    /// below the horizon.
+    /// At the tropic the sun stands in the zenith at noon of the solstice. At the pole its elevation equals its declination all day. In
+    /// polar night it stays below the horizon.
     #[test]
     fn solstices_and_poles() {
         let solstice = |hours: f64| Moment::of_date(2025, 6, 21, hours);

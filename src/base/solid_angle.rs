@@ -2,19 +2,19 @@
 
 use glam::DVec3;
 
-/// Signed solid angle that a triangle covers as seen from the origin of `a`, `b`, `c`.
+/// Returns the signed solid angle of a triangle with the corners `a`, `b`, `c`, as seen from the origin.
 ///
-/// Positive where the corners run counter-clockwise as seen from the origin (its front is seen), negative where they
-/// run clockwise, 0 where the origin lies in the triangle's plane outside it, or on a corner.
+/// The value is positive where the corners run counter-clockwise as seen from the origin (its front is seen). It is negative where they run
+/// clockwise. It is 0 where the origin lies on a corner, or in the triangle's plane outside the triangle.
 ///
 /// Units: sr. Range: −2π to 2π.
-/// Accuracy: a few units in the last place of the exact angle of the given corners, as long as the origin is not near
-/// the triangle's plane; there an absolute error of the same size as the coordinates' own rounding causes.
+/// Accuracy: a few units in the last place of the exact angle of the given corners, unless the origin is near the triangle's plane. There
+/// the absolute error is of the size that the coordinates' own rounding causes.
 /// Source: A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", 1983.
 #[inline]
 pub fn signed_triangle_solid_angle_sr(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    // The edges stand in for the corners in the triple product: equal in exact numbers, and it keeps its digits for a
-    // small triangle far away.
+    // The triple product uses edges instead of corners. In exact numbers this is equal, and it keeps its digits for a small triangle far
+    // away.
     let triple = -a.dot((b - a).cross(c - a));
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let projected = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
@@ -24,10 +24,10 @@ pub fn signed_triangle_solid_angle_sr(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     2.0 * triple.atan2(projected)
 }
 
-/// Solid angle that a triangle covers as seen from the origin of `a`, `b`, `c`, from whichever side.
+/// Returns the solid angle of a triangle with the corners `a`, `b`, `c`, as seen from the origin on either side.
 ///
-/// The corners are given relative to the point that looks, so a point source of intensity I sends I·Ω through the
-/// triangle, and the mean illuminance that it makes on it is I·Ω/A.
+/// The corners are relative to the viewing point. A point source of intensity I there sends I·Ω through the triangle. The mean illuminance
+/// that it causes on the triangle is I·Ω/A.
 ///
 /// Units: sr. Range: 0 to 2π. Accuracy and source: see [`signed_triangle_solid_angle_sr`].
 ///
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn a_small_far_triangle_is_area_over_distance_squared() {
-        // Right-angled, legs 2^-20, at distance 2^10, facing: the next term of the series is 2^-60 smaller.
+        // A right-angled triangle with legs 2^-20 at distance 2^10 that faces the origin. The next term of the series is 2^-60 smaller.
         let (s, d) = (2f64.powi(-20), 1024.0);
         let omega = triangle_solid_angle_sr(DVec3::new(0.0, 0.0, d), DVec3::new(s, 0.0, d), DVec3::new(0.0, s, d));
         let exact = 0.5 * s * s / (d * d);

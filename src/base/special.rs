@@ -1,8 +1,8 @@
 //! Bessel functions to nearly full double precision.
 //!
-//! The real ones are well-tried crates behind one set of names, since each crate is good for some of them only:
-//! held against 40-digit values (`validation/special_functions`), libm's J and Y and spec_math's K lose a few units in
-//! the last place. K of a complex argument is ours.
+//! The real functions come from well-tested crates under one set of names, because each crate is good for only some of them. Against
+//! 40-digit values (`validation/special_functions`), libm's J and Y and spec_math's K lose a few units in the last place. K of a complex
+//! argument is this project's own code.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -59,19 +59,19 @@ pub fn bessel_k1_scaled(x: f64) -> f64 {
     spec_math::cephes64::k1e(x)
 }
 
-/// Below this size of the argument the power series are used, above it the continued fraction; at the border the
-/// series has lost under a digit and the fraction needs some 60 steps.
+/// Below this size of the argument the power series are used, above it the continued fraction. At this size the series has lost less than
+/// one digit and the fraction needs about 60 steps.
 const SERIES_BELOW: f64 = 2.0;
 
 /// Above this size Hankel's expansion reaches full accuracy: its smallest term is about e^(−2|z|) = 2e-16.
 const EXPANSION_ABOVE: f64 = 18.0;
 
-/// eᶻ K₀(z) and eᶻ K₁(z) of a complex argument with Re z ≥ 0, z ≠ 0.
+/// Returns eᶻ K₀(z) and eᶻ K₁(z) of a complex argument with Re z ≥ 0, z ≠ 0.
 ///
-/// Accuracy: 1e-14 of each value's size. On the imaginary axis and the real axis, real and imaginary part each have
-/// that accuracy by themselves where |z| is small (below 2).
-/// Source: the power series (Abramowitz and Stegun 1964, 9.6.10–13); N. M. Temme, "On the numerical evaluation of the
-/// modified Bessel function of the third kind", 1975.
+/// Accuracy: 1e-14 of each value's size. For |z| below 2 on the imaginary and on the real axis, the real part and the imaginary part each
+/// have this accuracy separately.
+/// Source: the power series (Abramowitz and Stegun 1964, 9.6.10–13); N. M. Temme, "On the numerical evaluation of the modified Bessel
+/// function of the third kind", 1975.
 pub fn bessel_k01_scaled(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     if z.norm_sqr() < SERIES_BELOW * SERIES_BELOW {
         let scale = z.exp();
@@ -84,7 +84,7 @@ pub fn bessel_k01_scaled(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     temme_k01_scaled(z)
 }
 
-/// eᶻ K₀(z) alone, in less time.
+/// Returns eᶻ K₀(z) alone, in less time.
 ///
 /// Range, accuracy, source: those of [`bessel_k01_scaled`].
 pub fn complex_bessel_k0_scaled(z: Complex<f64>) -> Complex<f64> {
@@ -94,7 +94,7 @@ pub fn complex_bessel_k0_scaled(z: Complex<f64>) -> Complex<f64> {
     bessel_k01_scaled(z).0
 }
 
-/// eᶻ K_ν(z) by Hankel's expansion for large |z|, with `mu` = 4ν².
+/// Returns eᶻ K_ν(z) by Hankel's expansion for large |z|, with `mu` = 4ν².
 fn expanded_k_scaled(z: Complex<f64>, mu: f64) -> Complex<f64> {
     const MOST_TERMS: usize = 40;
     let step = Complex::new(0.125, 0.0) / z;
@@ -111,11 +111,11 @@ fn expanded_k_scaled(z: Complex<f64>, mu: f64) -> Complex<f64> {
     (Complex::new(FRAC_PI_2, 0.0) / z).sqrt() * sum
 }
 
-/// z K₁(z) and 1 − z K₁(z) of a complex argument with Re z ≥ 0, each without cancellation: as z → 0 the first goes to
-/// 1 and the second as −(z²/2) ln(z/2).
+/// Returns z K₁(z) and 1 − z K₁(z) of a complex argument with Re z ≥ 0, each without cancellation. As z → 0 the first goes to 1 and the
+/// second as −(z²/2) ln(z/2).
 ///
-/// Accuracy: 1e-14 of each value's size (the second where |z| < 2 or zK₁ is not near 1); for |z| < 2 on the real and on
-/// the imaginary axis, of the real and of the imaginary part each.
+/// Accuracy: 1e-14 of each value's size (for the second where |z| < 2 or zK₁ is not near 1). For |z| < 2 on the real and on the imaginary
+/// axis, the real part and the imaginary part each have this accuracy.
 pub fn z_bessel_k1_and_deficit(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     let one = Complex::new(1.0, 0.0);
     if z.norm_sqr() == 0.0 {
@@ -129,8 +129,8 @@ pub fn z_bessel_k1_and_deficit(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) 
     (value, one - value)
 }
 
-/// K₀(z) and z K₁(z) − 1 by their power series:
-/// K₀ = Σ (q^m/m!²)(ψ(m+1) − ln(z/2)) and z K₁ − 1 = Σ (2 q^{m+1}/(m!(m+1)!)) (ln(z/2) − (ψ(m+1) + ψ(m+2))/2), q = z²/4.
+/// Returns K₀(z) and z K₁(z) − 1 by their power series: K₀ = Σ (q^m/m!²)(ψ(m+1) − ln(z/2)) and z K₁ − 1 = Σ (2 q^{m+1}/(m!(m+1)!)) (ln(z/2)
+/// − (ψ(m+1) + ψ(m+2))/2), q = z²/4.
 fn small_k01(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     // Twenty terms: at |z| = 2 the last is below 1/20!² = 2e-37.
     const TERMS: usize = 20;
@@ -155,9 +155,9 @@ fn small_k01(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     (k0, rest)
 }
 
-/// eᶻ K₀(z), eᶻ K₁(z) by Steed's continued fraction with Temme's sum.
+/// Returns eᶻ K₀(z), eᶻ K₁(z) by Steed's continued fraction with Temme's sum.
 fn temme_k01_scaled(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
-    // Far more steps than any |z| ≥ 2 with Re z ≥ 0 takes.
+    // More steps than any |z| ≥ 2 with Re z ≥ 0 needs.
     const MOST_STEPS: usize = 500;
     const QUARTER: f64 = 0.25;
     let one = Complex::new(1.0, 0.0);
@@ -196,7 +196,7 @@ mod tests {
     const REFERENCE: &str =
         include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/validation/special_functions/reference.csv"));
 
-    /// Envelope √(J₀² + Y₀²) ~ √(2/πx) of the oscillating Bessel functions at large x, for judging their errors.
+    /// Returns the envelope √(J₀² + Y₀²) ~ √(2/πx) of the oscillating Bessel functions at large x. Errors are measured relative to it.
     fn bessel_envelope(x: f64) -> f64 {
         (2.0 / (std::f64::consts::PI * x)).sqrt()
     }
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn real_functions_hold_their_accuracy_against_40_digits() {
-        // Near their zeros the oscillating functions are held against their envelope.
+        // Near their zeros the errors of the oscillating functions are measured relative to their envelope.
         let oscillating = |f: fn(f64) -> f64| {
             move |z: Complex<f64>, v: Complex<f64>| {
                 let scale = if z.re < 1.0 { v.re.abs() } else { bessel_envelope(z.re) };

@@ -1,8 +1,7 @@
-//! UGR tables: the standard rooms of CIE 190:2010, their background luminance by the tabular method, and what luminaires add
-//! up to there.
+//! UGR tables: the standard rooms of CIE 190:2010, their background luminance by the tabular method, and the glare sum of luminaires there.
 //!
-//! Between the observer's eye and the luminaires lie H = 2 m. The observer sits at the middle of a wall and looks across the
-//! room; luminaires stand in rows S apart, the outermost S/2 from the walls.
+//! The luminaires are H = 2 m above the observer's eye. The observer sits at the middle of a wall and looks across the room. Luminaires
+//! stand in rows at a distance S, the outermost S/2 from the walls.
 
 use glam::{DMat3, DVec3};
 
@@ -10,22 +9,22 @@ use super::form_factors::{AxisRectangle, exchange_m2};
 use super::glare::unified_glare_rating;
 use super::position_index::position_index;
 
-/// H: height of the luminaires over the eye in m.
+/// H: height of the luminaires above the eye in m.
 pub const HEIGHT_M: f64 = 2.0;
-/// Spacing of the luminaires that tables are made for, over H.
+/// Spacing of the luminaires in tables, over H.
 pub const TABLE_SPACING_H: f64 = 0.25;
-/// Reflectances of ceiling, walls and reference plane that tables are made for.
+/// Reflectances of ceiling, walls and reference plane in tables.
 pub const TABLE_REFLECTANCES: [[f64; 3]; 5] =
     [[0.7, 0.5, 0.2], [0.7, 0.3, 0.2], [0.5, 0.5, 0.2], [0.5, 0.3, 0.2], [0.3, 0.3, 0.2]];
-/// Zones of 10° that the light of a luminaire is told in, γ from 0° to 180°.
+/// Number of zones of 10° that describe the light of a luminaire, γ from 0° to 180°.
 pub const ZONES: usize = 18;
 
 /// A standard room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardRoom {
-    /// X, across the line of sight, and Y, along it, over H.
+    /// X, across the line of sight, and Y, along it, both over H.
     pub size_h: [f64; 2],
-    /// Geometric multipliers: the direct flux on the reference plane is their sum with the fluxes within four cones.
+    /// Geometric multipliers: the direct flux on the reference plane is the sum of their products with the fluxes within four cones.
     multipliers: [f64; 4],
 }
 
@@ -35,7 +34,7 @@ const fn room(across: u8, along: u8, multipliers: [f64; 4]) -> StandardRoom {
 
 /// The nineteen rooms of a table, with the multipliers F_GL of CIE 190, table 4.
 ///
-/// Four numbers a room stand for the direct flux of any luminaire: Lambertian ones at a spacing of H come out within 0.001.
+/// Four numbers per room give the direct flux of any luminaire. For Lambertian luminaires at a spacing of H the result agrees within 0.001.
 pub const STANDARD_ROOMS: [StandardRoom; 19] = [
     room(2, 2, [0.690, 0.109, 0.085, -0.016]),
     room(2, 3, [0.578, 0.200, 0.127, -0.018]),
@@ -58,12 +57,12 @@ pub const STANDARD_ROOMS: [StandardRoom; 19] = [
     room(12, 8, [0.232, -0.084, 0.740, 0.098]),
 ];
 
-/// How the observer sees the luminaires.
+/// How the observer looks at the luminaires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Viewing {
     /// Across their length.
     Crosswise,
-    /// Along it.
+    /// Along their length.
     Endwise,
 }
 
@@ -71,7 +70,7 @@ impl Viewing {
     /// Both, in the order of tables.
     pub const BOTH: [Viewing; 2] = [Viewing::Crosswise, Viewing::Endwise];
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Viewing::Crosswise => "crosswise",
@@ -80,14 +79,14 @@ impl Viewing {
     }
 }
 
-/// What the luminaires of a room add up to for the observer.
+/// Sum of glare from the luminaires of a room for the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomGlare {
     /// Σ L²ω/p² in cd²·sr/m⁴.
     pub sum: f64,
-    /// Luminaires in the room.
+    /// Number of luminaires in the room.
     pub luminaires: u32,
-    /// Those that have a position index.
+    /// Number of luminaires that have a position index.
     pub counted: u32,
 }
 
@@ -97,18 +96,18 @@ impl StandardRoom {
         self.rows(spacing_h).is_some()
     }
 
-    /// Luminaires across and along; `None` where the spacing does not divide the sides.
+    /// Returns the numbers of luminaires across and along; `None` where the spacing does not divide the sides.
     fn rows(&self, spacing_h: f64) -> Option<[u32; 2]> {
-        /// A side may be so far from whole spacings, as a fraction of one: the rounding of 1/3.
+        /// Largest deviation of a side from a whole number of spacings, as a fraction of one spacing: the rounding of 1/3.
         const WHOLE: f64 = 1e-6;
         let counts = self.size_h.map(|side_h| side_h / spacing_h);
         let is_whole = |count: f64| (count - count.round()).abs() < WHOLE && count.round() >= 1.0;
         counts.iter().all(|count| is_whole(*count)).then(|| counts.map(|count| count.round() as u32))
     }
 
-    /// Direct flux of one luminaire on the reference plane in lm, from its fluxes in zones of 10°.
+    /// Returns the direct flux of one luminaire on the reference plane in lm, from its fluxes in zones of 10°.
     ///
-    /// The cones of the multipliers end at 41.4°, 60°, 75.5° and 90°: quarters of the half space. Source: docs/methods.md (27).
+    /// The cones of the multipliers end at 41.4°, 60°, 75.5° and 90°, which are quarters of the half space. Source: docs/methods.md (27).
     pub fn direct_flux_lm(&self, zone_fluxes_lm: &[f64; ZONES]) -> f64 {
         let within = |zones: usize| zone_fluxes_lm[..zones].iter().sum::<f64>();
         let cones_lm =
@@ -116,11 +115,11 @@ impl StandardRoom {
         self.multipliers.iter().zip(cones_lm).map(|(multiplier, flux_lm)| multiplier * flux_lm).sum()
     }
 
-    /// Mean indirect illuminance of the walls between reference plane and luminaires, in lx, per lm of direct flux on the
+    /// Returns the mean indirect illuminance of the walls between reference plane and luminaires, in lx, per lm of direct flux on the
     /// reference plane, on the walls, and on the ceiling.
     ///
-    /// Reflectances are those of ceiling, walls and reference plane; each is lit evenly. Times the walls' area these are the
-    /// transfer factors F_T,FW, F_T,WW − 1 and F_T,CW of CIE 190, table 5, which they meet within its rounding.
+    /// The reflectances are those of ceiling, walls and reference plane; each is lit uniformly. Multiplied by the walls' area, the results
+    /// are the transfer factors F_T,FW, F_T,WW − 1 and F_T,CW of CIE 190, table 5. They agree with the table to within its rounding.
     pub fn transfer_per_m2(&self, reflectances: [f64; 3]) -> [f64; 3] {
         let [x_m, y_m] = self.size_h.map(|side_h| side_h * HEIGHT_M);
         let plane = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, x_m], [0.0, y_m]] };
@@ -131,7 +130,7 @@ impl StandardRoom {
         let aside = 1.0 - across;
         let back = aside * floor_m2 / walls_m2;
         let [of_ceiling, of_walls, of_plane] = reflectances;
-        // Column j holds what a lx on surface j (ceiling, walls, plane) sends to each.
+        // Column j holds the illuminance on each surface that 1 lx on surface j (ceiling, walls, plane) causes by one reflection.
         let reflected = DMat3::from_cols(
             of_ceiling * DVec3::new(0.0, back, across),
             of_walls * DVec3::new(aside, 1.0 - 2.0 * back, aside),
@@ -142,12 +141,13 @@ impl StandardRoom {
         [on_walls.z / floor_m2, (on_walls.y - 1.0) / walls_m2, on_walls.x / floor_m2]
     }
 
-    /// Area of the walls between reference plane and luminaires in m².
+    /// Returns the area of the walls between reference plane and luminaires in m².
     pub fn walls_m2(&self) -> f64 {
         2.0 * HEIGHT_M * HEIGHT_M * (self.size_h[0] + self.size_h[1])
     }
 
-    /// Background luminance in cd/m² by the tabular method, for so many luminaires of these fluxes in zones of 10°: docs/methods.md (26).
+    /// Returns the background luminance in cd/m² by the tabular method, for a number of luminaires with these fluxes in zones of 10°:
+    /// docs/methods.md (26).
     pub fn background_cd_m2(&self, luminaires: u32, zone_fluxes_lm: &[f64; ZONES], reflectances: [f64; 3]) -> f64 {
         let downward_lm: f64 = zone_fluxes_lm[..ZONES / 2].iter().sum();
         let upward_lm: f64 = zone_fluxes_lm[ZONES / 2..].iter().sum();
@@ -158,10 +158,10 @@ impl StandardRoom {
         f64::from(luminaires) * indirect_lx / std::f64::consts::PI
     }
 
-    /// What luminaires at a spacing, over H, add up to; `None` where they do not fit.
+    /// Returns the glare sum of luminaires at a spacing, over H; `None` where they do not fit.
     ///
-    /// `square_over_area` tells I²/A_projected in cd²/m² towards a direction along the luminaire's C0, C90 and γ = 0. Seen
-    /// crosswise C0 faces the observer's wall, endwise C90 does.
+    /// `square_over_area` returns I²/A_projected in cd²/m² towards a direction along the luminaire's C0, C90 and γ = 0. In the crosswise
+    /// view C0 faces the observer's wall, in the endwise view C90 does.
     pub fn glare(
         &self,
         spacing_h: f64,
@@ -208,12 +208,12 @@ pub struct RatedRoom {
     pub size_h: [f64; 2],
     /// Background luminance in cd/m² for each set of reflectances.
     pub backgrounds_cd_m2: Vec<f64>,
-    /// What the luminaires add up to, seen crosswise and endwise.
+    /// Glare sums of the luminaires, seen crosswise and endwise.
     pub glare: [RoomGlare; 2],
 }
 
 impl SpacingCorrection {
-    /// Least and greatest change over the rooms; `None` without any.
+    /// Returns the least and the greatest change over the rooms; `None` if there is none.
     pub fn range(&self, viewing: Viewing) -> Option<[f64; 2]> {
         let changes = self.rooms.iter().filter_map(|(_, change)| change[viewing as usize]);
         changes.fold(None, |range, change| {
@@ -224,19 +224,19 @@ impl SpacingCorrection {
 }
 
 impl RatedRoom {
-    /// The rating for a set of reflectances by its place; `None` where nothing shines into the eye.
+    /// Returns the rating for a set of reflectances, given by its index; `None` where no luminaire shines into the eye.
     pub fn ugr(&self, viewing: Viewing, reflectances: usize) -> Option<f64> {
         unified_glare_rating(self.backgrounds_cd_m2[reflectances], self.glare[viewing as usize].sum)
     }
 }
 
-/// What ratings change by where luminaires stand farther apart, their light per floor area being the same.
+/// Change of the ratings where luminaires stand farther apart with the same light per floor area.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpacingCorrection {
     /// Spacing over H.
     pub spacing_h: f64,
-    /// Rooms that it fits: X and Y over H, and the change of UGR crosswise and endwise; `None` where nothing shines into the
-    /// eye at one of both spacings.
+    /// The rooms that the spacing fits: X and Y over H, and the change of UGR crosswise and endwise. `None` where no luminaire shines into
+    /// the eye at one of the two spacings.
     pub rooms: Vec<([f64; 2], [Option<f64>; 2])>,
 }
 
@@ -245,8 +245,8 @@ mod tests {
     use super::*;
     use crate::base::form_factors::point_parallel_corner;
 
-    /// A Lambertian luminaire sends a rectangle below it its form factor, and 7, 12, 15 and 16 sixteenths into the four cones.
-    /// The multipliers of all rooms come out within 0.001 for luminaires H apart; one 0.004 off (the planted fault) does not.
+    /// A Lambertian luminaire sends a rectangle below it its form factor, and 7, 12, 15 and 16 sixteenths into the four cones. For
+    /// luminaires at a spacing of H, the multipliers of all rooms agree within 0.001. A multiplier 0.004 off, the planted fault, does not.
     #[test]
     fn the_multipliers_are_those_of_luminaires_h_apart() {
         for room in &STANDARD_ROOMS {
@@ -267,8 +267,8 @@ mod tests {
         }
     }
 
-    /// Cones are gathered from zones: of one lm in the zone from 40° to 50° 0.130 lie within 41.4°, of one from 70° to 80° 0.547
-    /// within 75.5°, which is linear in solid angle within 0.001.
+    /// Cones are composed of zones. Of 1 lm in the zone from 40° to 50°, 0.130 lm lie within 41.4°. Of 1 lm in the zone from 70° to 80°,
+    /// 0.547 lm lie within 75.5°. Both shares are linear in solid angle within 0.001.
     #[test]
     fn cones_are_gathered_from_zones() {
         for (zone, cone, edge) in [(4, 0, 0.75), (7, 2, 0.25f64)] {
@@ -283,8 +283,8 @@ mod tests {
         }
     }
 
-    /// Transfer factors of CIE 190, table 5, for the smallest, a middle, and the largest room: within 0.001, the last digit and
-    /// what the standard's own arithmetic leaves.
+    /// Transfer factors of CIE 190, table 5, for the smallest, a middle, and the largest room, within 0.001: the last digit plus the error
+    /// of the standard's own arithmetic.
     #[test]
     fn the_transfer_factors_are_those_of_the_standard() {
         let published = [
@@ -330,8 +330,8 @@ mod tests {
         }
     }
 
-    /// The geometry by hand: in 2H × 2H at a spacing of H four luminaires stand at T/R, H/R = 1, 2 (out of the table) and
-    /// 1/3, 2/3.
+    /// The geometry worked out by hand: in 2H × 2H at a spacing of H, four luminaires stand at T/R, H/R = 1, 2 (outside the table) and 1/3,
+    /// 2/3.
     #[test]
     fn the_luminaires_of_the_smallest_room_come_out_by_hand() {
         let glare = STANDARD_ROOMS[0].glare(1.0, Viewing::Crosswise, |_| 1.0).expect("it fits");
@@ -344,7 +344,7 @@ mod tests {
         assert!(STANDARD_ROOMS[0].glare(0.3, Viewing::Endwise, |_| 1.0).is_none());
     }
 
-    /// C0 faces the observer crosswise, C90 endwise; luminaires to the left and to the right see the eye from both sides.
+    /// C0 faces the observer crosswise, C90 endwise. Luminaires to the left and to the right are seen from opposite sides.
     #[test]
     fn luminaires_face_the_observer_as_asked() {
         let share = |viewing: Viewing, wanted: fn(DVec3) -> bool| {

@@ -1,8 +1,8 @@
-//! Sums that keep the digits a plain loop would lose.
+//! Sums that keep the digits that a plain loop would lose.
 
-/// A compensated sum after Neumaier: the rounding error of every addition is kept and given back at the end.
+/// A compensated sum after Neumaier: the rounding error of every addition is kept and added at the end.
 ///
-/// Accuracy: the result is that of a sum in about twice the working precision, rounded once.
+/// Accuracy: the result equals that of a sum in about twice the working precision, rounded once.
 /// Source: A. Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", 1974.
 ///
 /// ```
@@ -30,21 +30,21 @@ impl CompensatedSum {
     #[inline]
     pub fn add(&mut self, term: f64) {
         let next = self.sum + term;
-        // What the addition dropped is exactly recoverable from the larger of the two operands. Once the sum is
-        // infinite or NaN there is nothing left to recover, and the difference would turn infinity into NaN.
+        // The part that the addition lost can be recovered exactly from the larger of the two operands. Once the sum is infinite or NaN,
+        // nothing can be recovered, and the difference would turn infinity into NaN.
         if next.is_finite() {
             self.lost += if self.sum.abs() >= term.abs() { (self.sum - next) + term } else { (term - next) + self.sum };
         }
         self.sum = next;
     }
 
-    /// Adds another sum, with what it has lost.
+    /// Adds another sum, including its lost part.
     pub fn merge(&mut self, other: CompensatedSum) {
         self.add(other.sum);
         self.lost += other.lost;
     }
 
-    /// The sum so far.
+    /// Returns the sum so far.
     #[inline]
     pub fn value(&self) -> f64 {
         self.sum + self.lost
@@ -67,7 +67,7 @@ impl FromIterator<f64> for CompensatedSum {
     }
 }
 
-/// The compensated sum of some terms.
+/// Returns the compensated sum of some terms.
 pub fn compensated_sum(terms: impl IntoIterator<Item = f64>) -> f64 {
     terms.into_iter().collect::<CompensatedSum>().value()
 }
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn ten_million_tenths_are_a_million() {
         let sum = compensated_sum((0..10_000_000).map(|_| 0.1));
-        // The tenth of f64 is 0.1 + 5.55e-18, so that the exact sum is 1e6 + 5.55e-11, nearest to 1e6.
+        // The f64 nearest to a tenth is 0.1 + 5.55e-18. The exact sum is therefore 1e6 + 5.55e-11, and 1e6 is the nearest f64.
         assert_eq!(sum, 1e6);
     }
 

@@ -1,4 +1,4 @@
-//! The sun's disk: how bright it is in a direction, and what it brings to planes.
+//! The sun's disk: its luminance in a direction and the illuminance that it gives planes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::ball::ball_illuminance_factor;
 
-/// Half of the angle in degrees under which the disk is seen: 0.53° across in the mean of the year.
+/// Half of the disk's angular diameter in degrees: 0.53° across on average over the year.
 pub const HALF_ANGLE_DEG: f64 = 0.265;
 
 /// A uniformly bright disk of the sky. The z axis points up.
@@ -20,7 +20,7 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// A sun in a unit direction by the illuminance in lx that its whole disk gives a plane across its rays.
+    /// Makes a sun in a unit direction from the illuminance in lx that its whole disk gives a plane across its rays.
     ///
     /// ```
     /// use glam::DVec3;
@@ -35,23 +35,23 @@ impl Sun {
         Sun { towards, exitance_lm_m2: normal_lx / (sine * sine), sine, one_minus_cosine }
     }
 
-    /// The same by the illuminance in lx that it gives an open horizontal plane; `None` where it stands below the horizon.
+    /// Makes a sun from the illuminance in lx that it gives an open horizontal plane; `None` where it stands below the horizon.
     pub fn of_horizontal(towards: DVec3, horizontal_lx: f64) -> Option<Sun> {
         let unit_lx = Sun::of_normal(towards, 1.0).illuminance_lx(DVec3::Z);
         (unit_lx > 0.0).then(|| Sun::of_normal(towards, horizontal_lx / unit_lx))
     }
 
-    /// Unit direction of its middle.
+    /// Returns the unit direction of its centre.
     pub fn towards(&self) -> DVec3 {
         self.towards
     }
 
-    /// Sine of half the angle that it spans.
+    /// Returns the sine of half its angular diameter.
     pub fn sine(&self) -> f64 {
         self.sine
     }
 
-    /// One less the cosine of half the angle that it spans.
+    /// Returns 1 − cos of half its angular diameter.
     pub fn one_minus_cosine(&self) -> f64 {
         self.one_minus_cosine
     }
@@ -61,27 +61,27 @@ impl Sun {
         self.towards.z > -self.sine
     }
 
-    /// Luminance in cd/m² in a unit direction: 0 beside the disk and below the horizon.
+    /// Returns the luminance in cd/m² in a unit direction: 0 outside the disk and below the horizon.
     pub fn luminance_cd_m2(&self, towards: DVec3) -> f64 {
-        // 1 − cos by the chord, which is exact for small angles.
+        // 1 − cos from the chord, which is accurate for small angles.
         let is_in_disk = 0.5 * self.towards.distance_squared(towards) <= self.one_minus_cosine;
         if is_in_disk && towards.z > 0.0 { self.exitance_lm_m2 / PI } else { 0.0 }
     }
 
-    /// Illuminance in lx that the whole disk gives a plane with a unit normal where nothing hides it; what lies behind the plane brings
-    /// nothing.
+    /// Returns the illuminance in lx that the whole disk gives a plane with a unit normal where nothing hides it. The part behind the plane
+    /// gives nothing.
     ///
     /// Accuracy: a closed form.
     pub fn illuminance_lx(&self, normal: DVec3) -> f64 {
         self.exitance_lm_m2 * ball_illuminance_factor(normal.dot(self.towards), self.sine.recip())
     }
 
-    /// Illuminance in lx on a plane across its rays.
+    /// Returns the illuminance in lx on a plane across its rays.
     pub fn normal_lx(&self) -> f64 {
         self.exitance_lm_m2 * self.sine * self.sine
     }
 
-    /// ∫ L dω over the disk, in cd·sr/m².
+    /// Returns ∫ L dω over the disk, in cd·sr/m².
     pub fn total_cd_sr_m2(&self) -> f64 {
         self.exitance_lm_m2 / PI * TAU * self.one_minus_cosine
     }
@@ -91,7 +91,8 @@ impl Sun {
 mod tests {
     use super::*;
 
-    /// Cosine law high above, half the disk on the horizon by hand (2 sin α/(3π) of the normal illuminance to first order), nothing below.
+    /// High above the horizon the cosine law holds. Half the disk on the horizon is worked out by hand (2 sin α/(3π) of the normal
+    /// illuminance to first order). Below the horizon there is nothing.
     #[test]
     fn a_disk_brings_what_is_above_the_horizon() {
         let at = |elevation_deg: f64| {
@@ -100,7 +101,7 @@ mod tests {
         };
         assert!((at(30.0).illuminance_lx(DVec3::Z) / 45_000.0 - 1.0).abs() < 1e-12);
         assert!((at(90.0).normal_lx() - 90_000.0).abs() < 1e-6);
-        // ∫ over half a disk of radius α of its height: 2α³/3 over the disk's πα².
+        // ∫ of the height over half a disk of radius α is 2α³/3; divided by the disk's πα².
         let half = 90_000.0 * 2.0 * HALF_ANGLE_DEG.to_radians() / (3.0 * PI);
         assert!((at(0.0).illuminance_lx(DVec3::Z) / half - 1.0).abs() < 1e-4);
         assert!((at(0.1).illuminance_lx(DVec3::Z) / half - 1.0).abs() > 0.1, "the planted fault passed");
@@ -109,7 +110,7 @@ mod tests {
         assert!(Sun::of_horizontal(at(-0.3).towards(), 1.0).is_none());
         let low = Sun::of_horizontal(at(0.2).towards(), 300.0).expect("above the horizon");
         assert!((low.illuminance_lx(DVec3::Z) - 300.0).abs() < 1e-9);
-        // L ω is the normal illuminance but for the cosines within the disk.
+        // L ω equals the normal illuminance except for the cosines within the disk.
         assert!((at(50.0).total_cd_sr_m2() / 90_000.0 - 1.0).abs() < 1e-5);
         let edge = |deg: f64| DVec3::new(0.0, deg.to_radians().sin(), deg.to_radians().cos());
         assert!(at(90.0).luminance_cd_m2(edge(0.26)) > 1e9 && at(90.0).luminance_cd_m2(edge(0.27)) == 0.0);

@@ -1,28 +1,28 @@
-//! Cells: places that share one value of illuminance for rays that come from far enough away.
+//! Cells: surface points that share one value of illuminance for rays that come from far enough away.
 //!
-//! A cell is a cube of a grid aligned to the world whose edge is a power of two in metres, together with one of some
-//! directions of surface normals and the octant from which it is looked at. The edge follows from the length of the ray that
-//! looks it up: a cell fills about the same solid angle for every ray. Nothing is meshed beforehand; twelve triangles and
-//! ten million are the same to it. The octant keeps the two sides of a thin wall apart.
+//! A cell is a cube of a world-aligned grid whose edge is a power of two in metres. It also has one of several directions of surface
+//! normals and the octant of the ray that looks it up. The edge follows from the length of that ray, so a cell fills about the same solid
+//! angle for every ray. Nothing is meshed beforehand, so twelve triangles and ten million take the same effort. The octant separates the
+//! two sides of a thin wall.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::base::memory::bytes_of_list;
 
-/// Parts of either axis of the octahedral map of normals; odd, so that normals along an axis lie within a part.
+/// Parts of either axis of the octahedral map of normals. The number is odd, so that normals along an axis lie within a part.
 const NORMAL_PARTS: f64 = 7.0;
-/// The finest edge over the scene's longest way: 2 to this power.
+/// Exponent of two of the finest edge over the scene's longest distance.
 const FINEST: i32 = -13;
-/// Slots of a table at first.
+/// Initial number of slots of a table.
 const FIRST_SLOTS: usize = 1 << 10;
-/// A free slot of the table.
+/// Marks a free slot of the table.
 const FREE: u32 = u32::MAX;
 
-/// A place whose cell a ray looks up.
+/// A surface point whose cell a ray looks up.
 #[derive(Clone, Copy, Debug)]
 pub struct Lookup {
-    /// Place in m.
+    /// Point in m.
     pub point_m: DVec3,
     /// Unit normal of the lit side.
     pub normal: DVec3,
@@ -32,21 +32,21 @@ pub struct Lookup {
     pub distance_m: f64,
 }
 
-/// Where a cell lies: enough to tell it from all others.
+/// Position of a cell: enough to distinguish it from all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellKey {
-    /// Numbers of its cube along the axes.
+    /// Cube numbers along the axes.
     cube: [i32; 3],
     /// Level of its edge, part of its normal and octant of the rays that look it up.
     kind: u32,
 }
 
 impl CellKey {
-    /// 64 bits that stand for the key: of ten million cells any two are the same with a chance of 3 in a million.
+    /// 64-bit hash of the key. Among ten million cells, the chance that any two have the same hash is 3 in a million.
     fn fingerprint(&self) -> u64 {
         let [x, y, z] = self.cube.map(|number| number as u32);
-        // Each number is spread before the next joins it: low bits of a kind and of a place would cancel, and a cell be its neighbour's for
-        // rays from the other side.
+        // Each number is mixed before the next joins it. Otherwise low bits of the kind and of the cube would cancel, and a cell would
+        // equal its neighbour for rays from the other side.
         let mut bits = 0;
         for number in [self.kind, x, y, z] {
             bits = (bits ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -56,16 +56,16 @@ impl CellKey {
         bits ^ (bits >> 32)
     }
 
-    /// How many times its edge is doubled from the finest.
+    /// How many times its edge is doubled from the finest edge.
     pub fn level(&self) -> u32 {
         self.kind >> LEVEL_BIT
     }
 }
 
-/// Bit of a key's kind from which on the level is counted.
+/// First bit of the level in a key's kind.
 const LEVEL_BIT: u32 = 12;
 
-/// The cells that were looked up, in the order in which they first were.
+/// The cells that were looked up, in the order of their first look-up.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(from = "GridKeys")]
 pub struct CellGrid {
@@ -73,17 +73,17 @@ pub struct CellGrid {
     origin_m: DVec3,
     /// Edge of a cell over the length of the ray that looks it up, at most.
     edge_share: f64,
-    /// Power of two of the finest edge in m.
+    /// Exponent of two of the finest edge in m.
     finest: i32,
-    /// Power of two of the coarsest edge over the finest.
+    /// Exponent of two of the coarsest edge over the finest.
     coarsest: i32,
     keys: Vec<CellKey>,
-    /// Open addressing; its length is a power of two. It follows from the keys.
+    /// Slots with open addressing. Their number is a power of two. They follow from the keys.
     #[serde(skip)]
     table: Vec<CellSlot>,
 }
 
-/// What of the cells is written and read again.
+/// The part of the cells that is written to a file and read again.
 #[derive(Deserialize)]
 struct GridKeys {
     origin_m: DVec3,
@@ -102,7 +102,7 @@ impl From<GridKeys> for CellGrid {
     }
 }
 
-/// A slot of the table: all that a look-up reads lies in one line of memory.
+/// A slot of the table: everything that a look-up reads lies in one cache line.
 #[derive(Clone, Copy, Debug)]
 struct CellSlot {
     fingerprint: u64,
@@ -114,10 +114,10 @@ impl CellSlot {
 }
 
 impl CellGrid {
-    /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way; the edge of
-    /// a cell is at most such a share of the length of the ray that looks it up, and more than half of that.
+    /// An empty grid for a scene between two corners, in m. It is shifted by `shift`, in shares of half the scene's longest distance. The
+    /// edge of a cell is at most `edge_share` times the length of the ray that looks it up, and more than half of that.
     ///
-    /// With a shift of its own for either half, places of cells are chance, which the halves' difference shows.
+    /// Each half has its own shift. The positions of cells are then random, and the difference of the halves shows their effect.
     pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3], edge_share: f64) -> CellGrid {
         let longest_m = (most_m - least_m).length().max(f64::MIN_POSITIVE);
         let finest = longest_m.log2().ceil() as i32 + FINEST;
@@ -136,17 +136,17 @@ impl CellGrid {
         self.keys.len()
     }
 
-    /// Whether nothing was looked up yet.
+    /// Whether no cell was looked up yet.
     pub fn is_empty(&self) -> bool {
         self.keys.is_empty()
     }
 
-    /// Bytes that the cells take.
+    /// Memory of the cells in bytes.
     pub fn bytes(&self) -> usize {
         bytes_of_list(&self.keys) + bytes_of_list(&self.table)
     }
 
-    /// The cell of a place; a new one if it is looked up for the first time.
+    /// The cell of a surface point. Creates it at its first look-up.
     #[inline]
     pub fn look_up(&mut self, lookup: &Lookup) -> u32 {
         let key = self.key(lookup);
@@ -158,12 +158,12 @@ impl CellGrid {
         CellGrid { keys: Vec::new(), table: vec![CellSlot::FREE; FIRST_SLOTS], ..*self }
     }
 
-    /// Where a cell lies.
+    /// Position of a cell.
     pub fn key_of(&self, cell: u32) -> CellKey {
         self.keys[cell as usize]
     }
 
-    /// Where the cell of twice the edge lies that holds one; `None` at the top.
+    /// Position of the cell of twice the edge that contains this one. `None` at the top.
     #[inline]
     pub fn above(&self, key: CellKey) -> Option<CellKey> {
         let at_top = key.level() as i32 >= self.coarsest;
@@ -175,11 +175,11 @@ impl CellGrid {
         self.coarsest as usize + 1
     }
 
-    /// Where the cell of a place lies.
+    /// Position of the cell of a surface point.
     #[inline]
     pub fn key(&self, lookup: &Lookup) -> CellKey {
         let edge_m = self.edge_share * lookup.distance_m;
-        // The exponent of a float is the power of two below it.
+        // The exponent of a float is the power of two at or below it.
         let power = ((edge_m.to_bits() >> 52) & 0x7FF) as i32 - 1023;
         let level = (power - self.finest).clamp(0, self.coarsest);
         let per_m = f64::from_bits(((1023 - self.finest - level) as u64) << 52);
@@ -191,14 +191,14 @@ impl CellGrid {
         CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
     }
 
-    /// The cell that lies there, if it has been looked up before.
+    /// The cell at a position, if it has been looked up before.
     #[inline]
     pub fn find(&self, key: CellKey) -> Option<u32> {
         let cell = self.table[self.slot(key.fingerprint())].cell;
         (cell != FREE).then_some(cell)
     }
 
-    /// The cell that lies there; a new one if it is looked up for the first time.
+    /// The cell at a position. Creates it at its first look-up.
     #[inline]
     pub fn cell(&mut self, key: CellKey) -> u32 {
         let fingerprint = key.fingerprint();
@@ -226,7 +226,7 @@ impl CellGrid {
         slot
     }
 
-    /// Makes a table of so many slots, a power of two, that holds all keys.
+    /// Makes a table of `slots` slots, a power of two, that holds all keys.
     fn make_table(&mut self, slots: usize) {
         self.table = vec![CellSlot::FREE; slots];
         for cell in 0..self.keys.len() {
@@ -237,7 +237,7 @@ impl CellGrid {
     }
 }
 
-/// Part of the octahedral map in which a unit normal lies.
+/// Part of the octahedral map that contains a unit normal.
 #[inline]
 fn part_of_normal(normal: DVec3) -> u32 {
     let scale = 1.0 / (normal.x.abs() + normal.y.abs() + normal.z.abs());
@@ -279,8 +279,8 @@ mod tests {
         assert_ne!(one, other);
     }
 
-    /// Cells of 16³ cubes, eight octants, three normals and three levels, 294,912 in all: no two have the same fingerprint. Where the
-    /// numbers of a cube are mixed into the bits of the kind as they stand (the planted fault) most do.
+    /// Cells of 16³ cubes, eight octants, three normals and three levels, 294,912 in all: no two have the same fingerprint. If the cube
+    /// numbers are combined with the bits of the kind unmixed (the planted fault), most have.
     #[test]
     fn cells_that_differ_in_place_octant_normal_or_level_are_told_apart() {
         let mut keys = Vec::new();

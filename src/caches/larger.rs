@@ -1,27 +1,27 @@
-//! What larger cells know of the light in those without samples.
+//! Light of cells without samples, taken from larger cells.
 
 use serde::{Deserialize, Serialize};
 
 use super::{CellGrid, CellKey};
 use crate::base::memory::bytes_of_list;
 
-/// Cells of all sizes that hold samples, each with its light.
+/// Cells of all sizes that contain samples, each with its light.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LargerCells {
-    /// Where they lie, in a table of their own: most cells that rays look up have no samples, and would be in the way.
+    /// Grid of these cells, in a table of their own: most cells that rays look up have no samples and would slow the search.
     grid: CellGrid,
-    /// Light of each in lx: its own where it has samples itself, else the mean of all samples within it.
+    /// Light of each cell in lx: its own if it has samples itself, else the mean of all samples within it.
     told_lx: Vec<f32>,
-    /// Where no larger cell has samples either, all cells together tell what is usual, in lx.
+    /// Mean light of all samples in lx, used if no larger cell has samples either.
     usual_lx: f32,
 }
 
 impl LargerCells {
-    /// Of cells of which some have samples: their numbers, how many samples these are, and their light in lx.
+    /// Builds the larger cells from the cells that have samples: number of the cell, number of its samples, and its light in lx.
     pub fn of(grid: &CellGrid, sampled: impl Iterator<Item = (u32, u16, f32)>) -> LargerCells {
         let mut held = LargerCells { grid: grid.emptied(), told_lx: Vec::new(), usual_lx: 0.0 };
         let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); grid.levels()];
-        // Sums over the samples within, and their number.
+        // Sum of light over the samples within, and the number of samples.
         let (mut sums, mut whole) = (Vec::new(), [0.0; 2]);
         for (cell, count, lx) in sampled {
             let key = grid.key_of(cell);
@@ -56,7 +56,7 @@ impl LargerCells {
         self.grid.bytes() + bytes_of_list(&self.told_lx)
     }
 
-    /// Light of a cell without samples, in lx: that of the smallest one with samples that holds it.
+    /// Light of a cell without samples, in lx: that of the smallest cell with samples that contains it.
     pub fn tell_lx(&self, key: CellKey) -> f32 {
         let mut at = Some(key);
         while let Some(key) = at {

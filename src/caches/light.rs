@@ -1,8 +1,8 @@
-//! The light in cells: samples taken where rays looked cells up, and one linear system for all bounces.
+//! The light in cells: samples taken at points where rays looked cells up, and one linear system for all bounces.
 //!
-//! Cells tell indirect light alone: it changes little from place to place, where direct light has edges. A sample at a place of
-//! cell c sends a ray that meets a surface of reflectance ρ in cell z. What it finds without a cell is P: direct light at
-//! that surface among it. The indirect illuminance of the cell is I_c = mean(P + ρ I_z): a sparse system that sweeps solve without
+//! Cells hold only indirect light, since it varies little from point to point, while direct light has edges. A sample at a point of cell c
+//! sends a ray that meets a surface of reflectance ρ in cell z. The light that it finds without a cell is P, which includes the direct
+//! light at that surface. The indirect illuminance of the cell is I_c = mean(P + ρ I_z). This is a sparse system that sweeps solve without
 //! a ray.
 
 use serde::{Deserialize, Serialize};
@@ -12,34 +12,35 @@ use super::larger::LargerCells;
 use super::system::{CellSample, System};
 use crate::base::memory::bytes_of_list;
 
-/// Samples from which on a cell's own spread is believed, and for how many what larger cells tell counts in one without any.
+/// Samples from which on a cell's own spread is used, and number of samples for which the value from larger cells counts in a cell without
+/// any.
 const ENOUGH_SAMPLES: f64 = 4.0;
 const OF_NO_SAMPLE: f64 = 0.5;
 
-/// Cells of one half and their light.
+/// Cells of one half of the samples, and their light.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellLight {
-    /// Where they lie.
+    /// Grid of the cells.
     pub grid: CellGrid,
     /// Samples in the order in which they were taken.
     samples: Vec<CellSample>,
     /// Number of samples of each cell.
     counts: Vec<u16>,
-    /// Indirect illuminance in lx by the latest solution.
+    /// Indirect illuminance of each cell in lx, from the latest solution.
     values_lx: Vec<f32>,
-    /// Variance in lx² of it by chance of their samples.
+    /// Variance of it in lx² from the randomness of the samples.
     variances_lx2: Vec<f32>,
-    /// Samples and cells that the latest solution knows.
+    /// Number of samples and cells included in the latest solution.
     solved: usize,
     filled: usize,
-    /// Variance of a sample over the square of its cell's light, as is usual.
+    /// Usual variance of a sample over the square of its cell's light.
     usual_spread: f64,
-    /// What larger cells tell those without samples by the latest solution.
+    /// Light for cells without samples, from larger cells of the latest solution.
     larger: LargerCells,
 }
 
 impl CellLight {
-    /// No cells yet.
+    /// Creates the light of a grid without samples.
     pub fn new(grid: CellGrid) -> CellLight {
         CellLight {
             larger: LargerCells::of(&grid, std::iter::empty()),
@@ -54,18 +55,18 @@ impl CellLight {
         }
     }
 
-    /// Samples of a cell.
+    /// Number of samples of a cell.
     #[inline]
     pub fn count(&self, cell: u32) -> u16 {
         self.counts.get(cell as usize).copied().unwrap_or(0)
     }
 
-    /// Samples of all cells.
+    /// Number of samples of all cells.
     pub fn sample_count(&self) -> usize {
         self.samples.len()
     }
 
-    /// Bytes that cells and samples take.
+    /// Memory of cells and samples in bytes.
     pub fn bytes(&self) -> usize {
         self.grid.bytes()
             + bytes_of_list(&self.samples)
@@ -75,7 +76,7 @@ impl CellLight {
             + self.larger.bytes()
     }
 
-    /// Books a sample of a cell before it is taken; returns its number within the cell.
+    /// Books a sample of a cell before it is taken. Returns its number within the cell.
     #[inline]
     pub fn book(&mut self, cell: u32) -> u16 {
         if self.counts.len() <= cell as usize {
@@ -92,19 +93,19 @@ impl CellLight {
         self.samples.push(sample);
     }
 
-    /// Indirect illuminance of a cell in lx; none of [`NO_CELL`].
+    /// Indirect illuminance of a cell in lx. 0 for [`NO_CELL`].
     #[inline]
     pub fn value_lx(&self, cell: u32) -> f32 {
         self.values_lx.get(cell as usize).copied().unwrap_or(0.0)
     }
 
-    /// Its variance in lx², about.
+    /// Approximate variance of that illuminance in lx².
     #[inline]
     pub fn variance_lx2(&self, cell: u32) -> f32 {
         self.variances_lx2.get(cell as usize).copied().unwrap_or(0.0)
     }
 
-    /// Solves for the light of all cells, if there are samples or cells that the latest solution does not know.
+    /// Solves for the light of all cells, if there are samples or cells that the latest solution does not include.
     pub fn solve(&mut self) {
         if (self.solved, self.filled) == (self.samples.len(), self.grid.len()) {
             return;
@@ -114,7 +115,7 @@ impl CellLight {
         self.variances_lx2.resize(self.grid.len(), 0.0);
         if self.solved < self.samples.len() {
             self.solve_sampled();
-            // What cells without samples were told is old.
+            // The values of cells without samples are out of date.
             self.filled = 0;
         }
         self.fill_unsampled();
@@ -131,9 +132,10 @@ impl CellLight {
         self.solved = self.samples.len();
     }
 
-    /// Variances of cells that have samples, by the spread of these; where they are few, by the relative spread that is usual.
+    /// Computes the variances of cells that have samples from the spread of the samples. Cells with few samples use the usual relative
+    /// spread.
     fn tell_variances(&mut self, sampled: &[u32]) {
-        // Of every cell the sums of its samples' light and of its square.
+        // For every cell, the sum of its samples' light and of its square.
         let mut sums = vec![[0.0f64; 2]; self.counts.len()];
         for sample in &self.samples {
             let lx = f64::from(sample.plain_lx) + self.sent_lx(sample);
@@ -158,13 +160,13 @@ impl CellLight {
         }
     }
 
-    /// What the cell that a sample looked up sends to it, in lx.
+    /// Light that the looked-up cell sends to a sample, in lx.
     #[inline]
     fn sent_lx(&self, sample: &CellSample) -> f64 {
         f64::from(sample.reflectance) * f64::from(self.value_lx(sample.next))
     }
 
-    /// Gives new cells without samples what larger ones tell.
+    /// Gives new cells without samples the light of larger cells.
     fn fill_unsampled(&mut self) {
         for cell in self.filled..self.counts.len() {
             if self.counts[cell] == 0 {
@@ -194,7 +196,7 @@ mod tests {
         light
     }
 
-    /// A sample of a cell that found some light, and looked up another cell.
+    /// Adds a sample of a cell that found some light and looked up another cell.
     fn sampled(light: &mut CellLight, cell: u32, plain_lx: f32, reflectance: f32, next: u32) {
         light.book(cell);
         light.add(CellSample { cell, plain_lx, reflectance, next });
@@ -240,9 +242,9 @@ mod tests {
         };
         let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| look_up(&mut light, normal));
         light.solve();
-        // The other faces a way of which nothing is known.
+        // The other cell faces a direction of which nothing is known.
         assert_eq!([finer, other].map(|cell| light.value_lx(cell)), [10.0; 2]);
-        // What they were told is renewed with the samples, and cells that come later are told it too.
+        // The values are renewed with the samples, and cells that come later get them too.
         sampled(&mut light, 0, 30.0, 0.0, NO_CELL);
         light.solve();
         let later = look_up(&mut light, DVec3::Y);

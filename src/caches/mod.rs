@@ -1,4 +1,4 @@
-//! What is learned of the light, frozen, and then looked up.
+//! Caches of light: they are learned, frozen and then looked up.
 
 mod cells;
 mod larger;

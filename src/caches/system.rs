@@ -1,55 +1,55 @@
-//! What samples of cells found, and the linear system of all of them, which sweeps solve.
+//! Results of cell samples, and the linear system of all of them, which sweeps solve.
 
 use serde::{Deserialize, Serialize};
 
-/// Relative change of the sum of all cells in a sweep below which the system counts as solved.
+/// Relative change in a sweep, summed over all cells, below which the system counts as solved.
 const SOLVED: f64 = 1e-6;
-/// Sweeps, at most: beside the scaling of the whole they converge as bounces do.
+/// Maximum number of sweeps. Apart from the scaling of the whole they converge as bounces do.
 const MOST_SWEEPS: usize = 400;
-/// Bounds of the scaling after a sweep: beyond them rounding has spoilt the sums.
+/// Bounds of the scaling after a sweep. Beyond them rounding has spoilt the sums.
 const LEAST_SCALE: f64 = 0.5;
 const MOST_SCALE: f64 = 1e4;
 
-/// The number that stands for no cell: nothing was met whose light a cell tells.
+/// Marks the absence of a cell: the ray met nothing whose light a cell holds.
 pub const NO_CELL: u32 = u32::MAX;
 
-/// What a ray from a place of a cell found.
+/// Result of a ray from a surface point of a cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellSample {
-    /// Cell that the place belongs to.
+    /// Cell that the point belongs to.
     pub cell: u32,
-    /// What it found without a cell, in lx.
+    /// Light found without a cell, in lx.
     pub plain_lx: f32,
-    /// Reflectance of what the ray met.
+    /// Reflectance of the surface that the ray met.
     pub reflectance: f32,
-    /// Its cell, or [`NO_CELL`].
+    /// Cell of that surface point, or [`NO_CELL`].
     pub next: u32,
 }
 
-/// The number of a cell without samples.
+/// Marks a cell without samples.
 const UNSAMPLED: u32 = u32::MAX;
 
-/// The system in the order of the cells that have samples, numbered anew, so that a sweep reads little memory in a row.
+/// The system, in the order of the cells that have samples. These are renumbered so that a sweep reads little memory in sequence.
 pub struct System {
     /// Cells that have samples.
     pub cells: Vec<u32>,
-    /// Light of each in lx.
+    /// Light of each cell in lx.
     pub values_lx: Vec<f32>,
-    /// Number of the first link of each, and of all.
+    /// Index of the first link of each cell, and the total number of links.
     firsts: Vec<u32>,
-    /// Of every sample that looked_up such a cell: which, and the reflectance there.
+    /// For every sample that looked up a cell with samples: the number of that cell, and the reflectance there.
     links: Vec<(u32, f32)>,
-    /// Sum over the samples of each of what they found otherwise, in lx.
+    /// For each cell, the sum over its samples of the light found otherwise, in lx.
     own_lx: Vec<f64>,
-    /// Number of samples of each.
+    /// Number of samples of each cell.
     counts: Vec<u16>,
-    /// Sum of the reflectances of the links that lead to each.
+    /// Sum of the reflectances of the links that lead to each cell.
     looked_up: Vec<f64>,
 }
 
 impl System {
-    /// Of samples, of how many each cell has, and of the light of all cells as it was known before, in lx. Cells without samples keep
-    /// theirs.
+    /// Builds the system from the samples, the number of samples of each cell, and the previous light of all cells in lx. Cells without
+    /// samples keep their light.
     pub fn of(samples: &[CellSample], counts: &[u16], known_lx: &[f32]) -> System {
         let mut number_of = vec![UNSAMPLED; counts.len()];
         let mut cells = Vec::new();
@@ -82,7 +82,7 @@ impl System {
         System { cells, values_lx, firsts, links, own_lx, counts, looked_up }
     }
 
-    /// Sweeps until next to nothing changes any more.
+    /// Sweeps until almost nothing changes any more.
     pub fn solve(&mut self) {
         for _ in 0..MOST_SWEEPS {
             if self.sweep() {
@@ -91,7 +91,7 @@ impl System {
         }
     }
 
-    /// One sweep over all cells, and a scaling of all light that balances its sum; whether nothing changes any more.
+    /// One sweep over all cells, and a scaling of all light that balances its sum. Returns whether nothing changes any more.
     fn sweep(&mut self) -> bool {
         let (mut change_lx, mut held_lx) = (0.0, 0.0);
         for (number, own_lx) in self.own_lx.iter().enumerate() {
@@ -108,7 +108,7 @@ impl System {
         if change_lx <= SOLVED * held_lx {
             return true;
         }
-        // What samples hold by themselves must be what cells hold beyond what is sent.
+        // The light of the samples themselves must equal the light of the cells minus the light sent between them.
         let own_lx: f64 = self.own_lx.iter().sum();
         let sent_lx: f64 =
             self.values_lx.iter().zip(&self.looked_up).map(|(lx, looked_up)| looked_up * f64::from(*lx)).sum();

@@ -1,4 +1,4 @@
-//! Which luminaire a look goes to.
+//! Chooses the luminaire for a light sample.
 
 use glam::DVec3;
 
@@ -7,12 +7,12 @@ use super::selection_by_region::RegionSelection;
 use super::{Stage, TriangleSide};
 use crate::sampling::emitter_tree::Cut;
 
-/// Share of the choices that go to luminaires that were seen from the region, where most light is hidden (docs/methods.md (6)).
+/// Share of the choices that go to luminaires seen from the region, where most light is hidden (docs/methods.md (6)).
 const SEEN: f64 = 0.5;
-/// Share of the choices that go to any luminaire there.
+/// Share of the choices that go to any luminaire in that case.
 const ANY: f64 = 0.05;
 
-/// Choices among emitters at one place, about in proportion to what each brings there.
+/// Choice among emitters at one point, about in proportion to the illuminance that each gives there.
 pub struct Choices<'a> {
     stage: &'a Stage,
     place: [DVec3; 2],
@@ -21,20 +21,20 @@ pub struct Choices<'a> {
 
 /// How emitters are chosen.
 enum ChoiceWay<'a> {
-    /// No luminaire can light the place.
+    /// No luminaire can light the point.
     Unlit,
-    /// There is but one.
+    /// There is only one emitter.
     Only,
-    /// By what they bring unshadowed.
+    /// By unshadowed illuminance.
     Unshadowed(&'a Cut),
-    /// Most light is hidden: by what is in sight, with a share for all.
+    /// Most light is hidden: by what is visible, with a share for all emitters.
     InSight(&'a RegionSelection, &'a Cut),
-    /// As was counted in a cell.
+    /// By the probabilities counted in a cell.
     OfCell(CellChoice<'a>),
 }
 
 impl Stage {
-    /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
+    /// Prepares the choice at a point with a unit normal on a side of a triangle. `cut` is scratch memory for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
         let way = if self.is_unlit(spot) {
@@ -60,8 +60,8 @@ impl Choices<'_> {
         !matches!(self.way, ChoiceWay::Unlit | ChoiceWay::Only)
     }
 
-    /// Chooses one emitter by a variate in [0, 1); returns its number with the probability of the choice. `None`: this
-    /// choice brings nothing.
+    /// Chooses one emitter by a variate in [0, 1). Returns its number and the probability of the choice. `None`: this choice contributes
+    /// nothing.
     #[inline]
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);

@@ -1,4 +1,4 @@
-//! Flat mirrors and what they show of luminaires: of points, which no ray can meet, and of balls and areas, which few do.
+//! Flat mirrors and the images of luminaires in them: of points, which no ray can meet, and of balls and areas, which few rays meet.
 
 use super::TriangleOptics;
 use crate::sampling::beam::Facet;
@@ -6,45 +6,45 @@ use crate::sampling::emitter::{Emitters, PointEmitters};
 use crate::sampling::reflection::Bsdf;
 use crate::scene::{Scene, Side, body_of};
 
-/// Flat facets that images are looked for in, at most: a look asks all of them.
+/// Maximum number of flat facets in which images are searched. Each search tests all of them.
 const MOST_FACETS: usize = 128;
-/// Areas and balls whose images are looked for, at most: a look weighs all of them at every step.
+/// Maximum number of areas and balls whose images are searched. A search weighs all of them at every step.
 const MOST_AREAS: usize = 256;
 
-/// The facets that images are looked for in, and the emitters that have images.
+/// The facets in which images are searched, and the emitters that have images.
 pub struct Mirrors {
     /// Sides of triangles that reflect as mirrors do.
     pub facets: Vec<Facet>,
-    /// Number of the emitter that is the sun, whose images are looked for as those of points are.
+    /// Number of the emitter that is the sun. Its images are searched like those of points.
     pub sun: Option<u32>,
-    /// Emitters that are points, or draw one, if there are any.
+    /// Emitters that are points, or draw a point, if there are any.
     pub points: Option<PointEmitters>,
-    /// Numbers of the emitters that rays can meet and whose images are looked for.
+    /// Numbers of the emitters that rays can meet and whose images are searched.
     pub areas: Vec<u32>,
-    /// Whether the facets are all there are in the scene.
+    /// Whether these are all mirror facets of the scene.
     pub are_all: bool,
-    /// Of every triangle's front and back, the number of the facet that it is.
+    /// Facet number of every triangle's front and back.
     number: Vec<[u16; 2]>,
 }
 
-/// The number of what is no facet.
+/// Facet number of a triangle side that is no facet.
 const NO_FACET: u16 = u16::MAX;
 
 impl Mirrors {
-    /// Whether walks look for areas in them.
+    /// Whether walks search for areas in the mirrors.
     #[inline]
     pub fn walks_look(&self) -> bool {
         !self.areas.is_empty()
     }
 
-    /// The number of the facet that a side of a triangle is.
+    /// Facet number of a side of a triangle.
     #[inline]
     pub fn number(&self, triangle: u32, side: Side) -> Option<u16> {
         Some(self.number[triangle as usize][side as usize]).filter(|number| *number != NO_FACET)
     }
 }
 
-/// Mirrors that walks look into, and the names of the surfaces beyond their number of facets.
+/// The mirrors that walks search, and the names of the surfaces that exceed the limit on facets.
 pub(super) fn mirrors_of(
     scene: &Scene,
     triangles: &[TriangleOptics],
@@ -74,7 +74,7 @@ pub(super) fn mirrors_of(
         return (None, Vec::new());
     }
 
-    // Flat mirrors have few facets: they come first, and curved ones are left out where there are too many.
+    // Flat mirrors have few facets, so they come first. Curved mirrors are left out if there are too many facets.
     surfaces.sort_unstable();
     let mut facets = Vec::new();
     let mut number = vec![[NO_FACET; 2]; triangles.len()];
@@ -89,7 +89,7 @@ pub(super) fn mirrors_of(
         for side in Side::of_surface(surface.two_sided) {
             let mut open: Option<Facet> = None;
             for triangle in surface.triangles.clone() {
-                // The two halves of a rectangle are one.
+                // The two halves of a rectangle make one facet.
                 let joined = open.and_then(|open| open.joined(scene, triangle));
                 if joined.is_some() {
                     facets.pop();
@@ -102,14 +102,14 @@ pub(super) fn mirrors_of(
     }
     let are_all = left_out.is_empty();
     if points.is_none() && sun.is_none() {
-        // Rays meet areas in what is left out.
+        // Rays meet areas in the mirrors that are left out.
         left_out.clear();
     }
     let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, sun, points, areas, are_all, number });
     (mirrors, left_out)
 }
 
-/// The class of paths that walks cannot find, in words.
+/// Describes in words the class of paths that walks cannot find.
 pub(super) fn not_found(left_out: &[String]) -> Vec<String> {
     if left_out.is_empty() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! One packet's life: emit → first_hit → arrive → scatter, until it is absorbed or leaves.
+//! The life of one packet: emit → first_hit → arrive → scatter, until it is absorbed or leaves the scene.
 
 mod choice;
 mod mirrors;
@@ -26,29 +26,29 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::scene::{Body, Elements, Scene, Side, body_of};
 
-/// A scene made ready for packets: tracer, elements, emitters, and per triangle what a packet needs on arrival.
+/// A scene prepared for packets: tracer, elements, emitters, and for each triangle what a packet needs on arrival.
 pub struct Stage {
-    /// The rays' world.
+    /// Ray tracer of the scene.
     pub tracer: Tracer,
     /// Numbering of element sides.
     pub elements: Elements,
-    /// Area of all surfaces in m², both sides of those that count on both.
+    /// Area of all surfaces in m², with both sides of surfaces that count on both.
     pub area_m2: f64,
-    /// Where light comes from.
+    /// Sources of light.
     pub emitters: Emitters,
-    /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
+    /// Flat mirrors in which walks search for luminaires. `None` if there is nothing to search for.
     pub mirrors: Option<Mirrors>,
-    /// Which luminaires are in sight from which parts of the surfaces, where that changes a walk's choice: docs/methods.md (6).
+    /// Which luminaires are visible from which parts of the surfaces, where this changes a walk's choice: docs/methods.md (6).
     pub selection_by_region: SelectionByRegion,
-    /// The same from many small cubes of space, once a run has found it worth while: docs/methods.md (41).
+    /// The same for many small cubes of space, after a run has found it worthwhile: docs/methods.md (41).
     selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
     pub near_lights: Option<NearLights>,
-    /// What walks leave to chance.
+    /// Decisions of walks that are left to chance.
     pub roulette: Roulette,
-    /// Classes of paths that walks cannot find, in words; chains find all.
+    /// Classes of paths that walks cannot find, in words. Chains find all of them.
     pub paths_not_found: Vec<String>,
-    /// How long paths may go on.
+    /// How long paths may continue.
     pub patience: Patience,
     triangles: Vec<TriangleOptics>,
     bodies: Vec<Arc<Body>>,
@@ -69,11 +69,11 @@ struct TriangleOptics {
 /// A packet's arrival at a reflecting side of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Where.
+    /// The surface point.
     pub hit: SurfaceHit,
     /// Unit direction of the packet.
     pub direction: DVec3,
-    /// Surfaces met before this one, panes that it only passed apart: 0 for direct light.
+    /// Surfaces met before this one, without panes that it only passed: 0 for direct light.
     pub bounces: u32,
 }
 
@@ -84,7 +84,7 @@ struct Packet {
     direction: DVec3,
     /// Surfaces that scattered it.
     bounces: u32,
-    /// How far it may still go in m before a surface scatters it: see [`Emitted::reach_m`].
+    /// Distance in m that it may still travel before a surface scatters it: see [`Emitted::reach_m`].
     reach_m: f64,
 }
 
@@ -111,14 +111,14 @@ pub enum End {
     CutOff,
 }
 
-/// Rays after which a packet is cut off: twenty times their number in the whitest room that is taken. Only in a white place whose
-/// openings were not found for what they are, since they are no room's, packets come to that.
+/// Rays after which a packet is cut off: twenty times the number in the whitest room that is accepted. A packet reaches it only in a white
+/// space whose openings were not recognised as openings, since they belong to no room.
 pub const MOST_RAYS_OF_A_CHAIN: u64 = 200_000;
 
 impl Stage {
-    /// Makes a scene ready: builds the tracer and the lists.
+    /// Prepares a scene: builds the tracer and the lists.
     pub fn new(scene: &Scene) -> Stage {
-        // The tracer first: nothing takes as much memory as building it, for a while.
+        // The tracer comes first: building it takes the most memory, for a while.
         let tracer = Tracer::new(scene);
         let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
             .map(|triangle| {
@@ -163,54 +163,57 @@ impl Stage {
         stage
     }
 
-    /// Finds out what is in sight from where, for a run of about so many rays, if that pays; only the first call counts.
+    /// Finds out which luminaires are visible from which cells, if this pays off in a run of about `planned_rays` rays. Only the first call
+    /// has an effect.
     pub fn learn_selection_by_cell(&self, planned_rays: f64) {
         self.selection_by_cell.get_or_init(|| SelectionByCell::of(self, planned_rays));
     }
 
-    /// Takes what an earlier part of the run has found to be in sight from where, if anything.
+    /// Takes over the selection that an earlier part of the run has found, if any. Only the first call of this or of
+    /// `learn_selection_by_cell` has an effect.
     pub fn take_selection_by_cell(&self, found: Option<SelectionByCell>) {
         self.selection_by_cell.get_or_init(|| found);
     }
 
-    /// Whether a run of about so many rays would find that out for nearly all places: choosing luminaires costs little then.
+    /// Whether a run of about `planned_rays` rays would learn the selection for nearly all points. The choice of luminaires then costs
+    /// little.
     pub fn would_learn_selection_by_cell(&self, planned_rays: f64) -> bool {
         selection_by_cell::would_serve(self, planned_rays)
     }
 
-    /// What is in sight from where, if a run has found it out.
+    /// The selection by cell, if a run has learned one.
     #[inline]
     pub fn selection_by_cell(&self) -> Option<&SelectionByCell> {
         self.selection_by_cell.get()?.as_ref()
     }
 
-    /// Rays that looking around took, before the run and in it.
+    /// Rays spent on learning what is visible, before the run and in it.
     pub fn selection_rays(&self) -> u64 {
         let near_rays = self.near_lights.as_ref().map_or(0, NearLights::rays);
         let by_cell_rays = self.selection_by_cell().map_or(0, SelectionByCell::rays);
         self.selection_by_region.rays() + by_cell_rays + near_rays + self.roulette.pilot_rays
     }
 
-    /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.
+    /// Whether a side of a triangle reflects and is reported. The backs of one-sided surfaces only absorb.
     #[inline]
     pub fn receives(&self, triangle: u32, side: Side) -> bool {
         side == Side::Front || self.triangles[triangle as usize].two_sided
     }
 
-    /// Unit normal of a side of a triangle; of a leaf that of the flat one between its corners.
+    /// Unit normal of a side of a triangle. For a leaf of a smooth body, the normal of the flat triangle between its corners.
     #[inline]
     pub fn normal(&self, triangle: u32, side: Side) -> DVec3 {
         let front = self.triangles[triangle as usize].normal;
         if side == Side::Front { front } else { -front }
     }
 
-    /// Unit normal of the side that a ray has met, where it has met it: on a smooth body that changes within a triangle.
+    /// Unit normal of the side that a ray has met, at the point where it met it. On a smooth body it varies within a triangle.
     #[inline]
     pub fn normal_at(&self, hit: &SurfaceHit) -> DVec3 {
         self.normal_on(hit.triangle, hit.barycentric, hit.side)
     }
 
-    /// Unit normal of a side of a triangle at a place on it.
+    /// Unit normal of a side of a triangle at a point on it.
     #[inline]
     pub fn normal_on(&self, triangle: u32, barycentric: [f64; 2], side: Side) -> DVec3 {
         let Some(body) = body_of(&self.bodies, triangle) else {
@@ -220,12 +223,12 @@ impl Stage {
         if side == Side::Front { front } else { -front }
     }
 
-    /// Smooth bodies, whose leaves are among the triangles.
+    /// Smooth bodies. Their leaves are among the triangles.
     pub fn bodies(&self) -> &[Arc<Body>] {
         &self.bodies
     }
 
-    /// Whether it is known that no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
+    /// Whether certainly no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
     #[inline]
     pub fn is_unlit(&self, (triangle, side): TriangleSide) -> bool {
         self.triangles[triangle as usize].unlit[side as usize]
@@ -237,14 +240,13 @@ impl Stage {
         &self.bsdfs[self.triangles[triangle as usize].bsdf as usize]
     }
 
-    /// Whether any light is reflected at all; in a black scene, and in one where nothing gives light, there is nothing for a
-    /// chain to find.
+    /// Whether any light is reflected at all. In a black scene, or one without light, a chain finds nothing.
     pub fn reflects(&self) -> bool {
         !self.emitters.list().is_empty()
             && self.triangles.iter().any(|triangle| !self.bsdfs[triangle.bsdf as usize].is_black())
     }
 
-    /// Whether every surface that reflects does so diffusely, and none lets light through.
+    /// Whether every reflecting surface reflects diffusely and none transmits light.
     pub fn is_diffuse(&self) -> bool {
         self.triangles
             .iter()
@@ -252,12 +254,12 @@ impl Stage {
             .all(|bsdf| matches!(bsdf, Bsdf::Diffuse(_)))
     }
 
-    /// Whether any surface scatters light about a direction.
+    /// Whether any surface scatters light in a lobe about a direction.
     pub fn has_lobes(&self) -> bool {
         self.has_lobes
     }
 
-    /// Whether an emitter lights surfaces from near.
+    /// Whether an emitter lights surfaces from nearby.
     #[inline]
     pub fn is_near(&self, emitter: u32) -> bool {
         self.near_lights.as_ref().is_some_and(|lights| lights.is_near(emitter))
@@ -273,7 +275,7 @@ impl Stage {
         self.triangles.iter().any(|triangle| self.bsdfs[triangle.bsdf as usize].is_specular())
     }
 
-    /// The tracer's origin for a place on a luminaire.
+    /// The tracer's origin for a point on a luminaire.
     #[inline]
     pub fn origin(&self, place: &Place) -> Origin {
         match place {
@@ -286,8 +288,8 @@ impl Stage {
         }
     }
 
-    /// Share of the light that gets out of the scene from a place in a unit direction, and the rays that it took to know: 0 where
-    /// anything but panes stands in its way.
+    /// Share of the light that leaves the scene from a point in a unit direction, and the number of rays traced for it. The share is 0 if
+    /// anything but panes blocks the direction.
     pub fn transmittance_out(&self, from: &Origin, direction: DVec3) -> (f64, u64) {
         let mut here = *from;
         let mut product = 1.0;
@@ -306,8 +308,8 @@ impl Stage {
         (0.0, MOST_PANES as u64)
     }
 
-    /// Follows one packet from a luminaire to its end; returns the end, the number of rays, and, of one that left the scene after it
-    /// had been scattered, its direction.
+    /// Follows one packet from a luminaire to its end. Returns the end and the number of rays. If the packet left the scene after a surface
+    /// scattered it, also returns its direction.
     pub fn trace_out(&self, choice: f64, stream: &mut Stream) -> (End, u64, Option<DVec3>) {
         let emitted = self.emitters.emit(choice, stream);
         let (origin, rays) = match self.start(&emitted, stream) {
@@ -319,8 +321,8 @@ impl Stage {
         (end, rays + more_rays, (end == End::Escaped && packet.bounces > 0).then_some(packet.direction))
     }
 
-    /// Follows one packet from a luminaire to its end and shows every arrival on its way; returns the end and the
-    /// number of rays traced.
+    /// Follows one packet from a luminaire to its end and passes every arrival on its path to `arrive`. Returns the end and the number of
+    /// rays traced.
     pub fn trace_chain(&self, choice: f64, stream: &mut Stream, arrive: impl FnMut(&Arrival)) -> (End, u64) {
         let emitted = self.emitters.emit(choice, stream);
         let (origin, rays) = match self.start(&emitted, stream) {
@@ -331,7 +333,7 @@ impl Stage {
         (end, rays + more_rays)
     }
 
-    /// Where a packet starts, and the rays that it took to know; `None` for one of the sky that does not come so far.
+    /// Start point of a packet, and the number of rays traced to determine it. `None` for a packet of the sky that does not get that far.
     #[inline]
     fn start(&self, emitted: &Emitted, stream: &mut Stream) -> (Option<Origin>, u64) {
         let origin = self.origin(&emitted.place);
@@ -343,9 +345,8 @@ impl Stage {
         (comes.then_some(origin), 1)
     }
 
-    /// Follows one packet from a luminaire to its first arrival, and from there on so many branches of it, each a packet of
-    /// its own that carries its part of the flux. Branch `b` draws from the stream's index `first_index + b`. Returns the
-    /// number of rays.
+    /// Follows one packet from a luminaire to its first arrival. From there it follows `branches` branches, each a packet of its own that
+    /// carries its part of the flux. Branch `b` draws from the stream's index `first_index + b`. Returns the number of rays.
     pub fn trace_branches(
         &self,
         choice: f64,
@@ -385,7 +386,7 @@ impl Stage {
         rays
     }
 
-    /// Follows a packet to its end and shows every arrival.
+    /// Follows a packet to its end and passes every arrival to `arrive`.
     fn follow(&self, packet: &mut Packet, stream: &mut Stream, mut arrive: impl FnMut(&Arrival)) -> (End, u64) {
         for rays in 1..=MOST_RAYS_OF_A_CHAIN {
             let hit = match self.tracer.first_hit(&packet.origin, packet.direction) {
@@ -418,22 +419,22 @@ impl Stage {
         (End::CutOff, MOST_RAYS_OF_A_CHAIN)
     }
 
-    /// Whether a luminaire that is a point lies on the surface that its packet met: no look finds what it sends into that, and
-    /// the packet ends there.
+    /// Whether a point luminaire lies on the surface that its packet met. No light sample finds what it sends into that surface, so the
+    /// packet ends there.
     #[inline]
     pub fn is_touched(&self, origin: &Origin, hit: &SurfaceHit) -> bool {
         origin.is_free() && hit.distance_m <= 2.0 * self.tracer.position_accuracy_m()
     }
 
-    /// Where a packet goes on from, after it met a surface: on the side that it came from, or on the other one.
+    /// Start point of a packet's next ray after it met a surface: on the side from which it came, or on the other side.
     #[inline]
     pub fn leave(&self, hit: &SurfaceHit, lobe: LobeKind) -> Origin {
         let side = if lobe.leads_through() { hit.side.other() } else { hit.side };
         self.tracer.surface_origin(hit.triangle, hit.barycentric, side)
     }
 
-    /// Share of the light that gets from one place to another: 0 where something opaque stands between, else what the
-    /// panes on the way let pass.
+    /// Share of the light that gets from one point to another. It is 0 if something opaque is in between, else what the panes in between
+    /// transmit.
     #[inline]
     pub fn transmittance(&self, from: &Origin, to: &Origin) -> f64 {
         if !self.tracer.is_occluded(from, to) {
@@ -442,7 +443,7 @@ impl Stage {
         if self.has_panes { self.transmittance_of_panes(from, to) } else { 0.0 }
     }
 
-    /// The same, where something stands between: goes from pane to pane until nothing does.
+    /// Transmittance from one point to another that is occluded: passes from pane to pane until nothing is in between.
     fn transmittance_of_panes(&self, from: &Origin, to: &Origin) -> f64 {
         let end_m = self.tracer.position_m(to);
         let mut here = *from;
@@ -470,5 +471,5 @@ impl Stage {
     }
 }
 
-/// Panes that a connection passes at most: after so many of any real glass nothing is left.
+/// Maximum number of panes that a connection passes. This many panes of any real glass transmit nothing.
 const MOST_PANES: usize = 1000;

@@ -1,10 +1,10 @@
-//! Luminaires that stand close to a surface: the spot that they light is so small and bright that walks hardly ever meet it.
+//! Luminaires that stand close to a surface. The spot that they light is so small and bright that walks hardly ever meet it.
 //!
-//! A walk meets a place in proportion to how much of its view that fills, K = cos θ cos θ′/(π d²) an area; a packet of a near luminaire
-//! in proportion to the illuminance there over the flux, E/Φ. Where E/Φ is far above K, looks from where walks arrive have a
-//! heavy tail, or seem to have none since nobody has met the spot. So walks also draw a packet and look back from where it
-//! arrives; both ways count with the shares of their densities (Veach and Guibas, 1995, "Optimally combining sampling
-//! techniques for Monte Carlo rendering"), and no path counts twice.
+//! A walk meets a surface point in proportion to its view factor per area, K = cos θ cos θ′/(π d²). A packet of a near luminaire meets it
+//! in proportion to the illuminance there over the flux, E/Φ. Where E/Φ is far above K, light samples from walk vertices have a heavy tail.
+//! The tail may even seem absent, because no walk has met the spot yet. So walks also draw a packet and connect to the point where it
+//! arrives (they look back). Both paths are weighted by the shares of their densities (multiple importance sampling: Veach and Guibas,
+//! 1995, "Optimally combining sampling techniques for Monte Carlo rendering"). No path counts twice.
 
 use std::f64::consts::PI;
 
@@ -15,33 +15,33 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind};
 
-/// Packets that show what luminaires light, and chains that show how far surfaces are apart.
+/// Number of packets that show what luminaires light, and of chains that show how far surfaces are apart.
 const PACKETS: u64 = 1024;
 const CHAINS: u64 = 256;
-/// Distances that tell their median well enough, the fewest chains that they must come from, and distances that tell it however
-/// few these are: a chain of so many has been everywhere.
+/// Three limits on the sampled distances: enough distances for their median, the upper limit for any number of chains, and the fewest
+/// chains for `ENOUGH_DISTANCES`. A chain with more distances than the upper limit has been everywhere.
 const ENOUGH_DISTANCES: usize = 100_000;
 const MOST_DISTANCES: usize = 400_000;
 const FEWEST_CHAINS: u64 = 16;
-/// E/Φ over K, K that of places that face each other at the median distance of surfaces, from which on a luminaire lights a place
-/// from near: a point nearer than a third of that distance, about. Where the lights of a room are no nearer than that, the means below
-/// are far from their limit, so that this only says how much of a spot counts; with 6, a lamp that lights a far corner by way of its
-/// spot on the ceiling alone was not one.
+/// Ratio of E/Φ to K from which on a luminaire lights a point from nearby. K is the one of two points that face each other at the median
+/// distance of surfaces. The limit corresponds to a point source nearer than about a third of that distance. If the lights of a room are no
+/// nearer than that, the means below are far from their limit, so this constant only decides how much of a spot counts. With a limit of 6,
+/// a lamp that lights a far corner only through its spot on the ceiling was not counted as near.
 const NEAR: f64 = 2.0;
-/// The mean of that ratio over all packets, those that arrive from farther away left out, from which on packets are worth their
-/// rays: the variance of looks grows with it.
+/// Mean of that ratio over all packets from which on packets are worth their rays. Packets that arrive from farther away add nothing to the
+/// mean. The variance of light samples grows with it.
 const LEAST_MEAN: f64 = 1.0;
-/// The ratio from which on slopes of elements cannot show a spot: a thirtieth of that distance.
+/// Ratio from which on slopes of elements cannot show a spot. It corresponds to a thirtieth of that distance.
 const TOUCHING: f64 = 225.0;
-/// What this finds out enters no result but by way of densities: it is the same for all seeds.
+/// The result of this search affects only probability densities, so it is the same for all seeds.
 const SEED: u64 = 0x4E_4541;
 
 /// The emitters that stand close to surfaces.
 #[derive(Clone, Debug)]
 pub struct NearLights {
-    /// Whether an emitter is one.
+    /// Whether each emitter is near.
     is_near: Vec<bool>,
-    /// Those that are, and their flux up to and including each, in lm.
+    /// Numbers of the near emitters, and their cumulative flux up to and including each, in lm.
     emitters: Vec<u32>,
     cumulative_flux_lm: Vec<f64>,
     /// Whether one of them nearly touches a surface.
@@ -49,35 +49,35 @@ pub struct NearLights {
     rays: u64,
 }
 
-/// Where a walk looks back from: a place in m and its unit normal.
+/// Start of a light-path connection (look back): a point in m and its unit normal.
 pub type LookedBack = (DVec3, DVec3);
 
-/// What looking back found.
+/// Result of a light-path connection to a nearby luminaire (look back).
 #[derive(Clone, Copy, Debug)]
 pub struct LookBack {
-    /// What the place receives, in lx.
+    /// Illuminance of the start point, in lx.
     pub lx: f64,
-    /// Rays that it took.
+    /// Rays traced.
     pub rays: u64,
-    /// Density in 1/m² of walks from the place there where the packet arrived.
+    /// Density in 1/m², at the arrival of the packet, of walks from the start point.
     pub met_per_m2: f64,
-    /// Density in 1/m² of packets there.
+    /// Density in 1/m² of packets at the same point.
     pub lit_per_m2: f64,
 }
 
-/// What a surface sends on of the light that a packet brings.
+/// Share of a packet's light that a surface sends on.
 enum Leaving {
-    /// One side reflects it, by its reflectance.
+    /// One side reflects the light, by its reflectance.
     Reflected(f64),
-    /// A sheet spreads it to either side.
+    /// A sheet scatters the light to both sides.
     EitherSide { reflected: f64, passed: f64 },
 }
 
-/// Where a packet of a near luminaire has arrived.
+/// Surface point where a packet of a near luminaire has arrived.
 pub struct LitSpot {
     /// The emitter.
     pub emitter: u32,
-    /// Where.
+    /// The surface point.
     pub hit: SurfaceHit,
     /// Unit normal of the lit side.
     pub normal: DVec3,
@@ -85,7 +85,7 @@ pub struct LitSpot {
 }
 
 impl LitSpot {
-    /// Reflectance of a surface that spreads light to the lit side alone; `None` of a sheet.
+    /// Reflectance of a surface that scatters light only to the lit side. `None` for a sheet.
     pub fn reflectance(&self) -> Option<f64> {
         match self.leaving {
             Leaving::Reflected(reflectance) => Some(reflectance),
@@ -101,7 +101,7 @@ impl LookBack {
 }
 
 impl NearLights {
-    /// Finds the emitters that light surfaces from near; `None` where that is not worth anything.
+    /// Finds the emitters that light surfaces from nearby. `None` if connections to them bring no gain.
     pub fn of(stage: &Stage) -> Option<NearLights> {
         if !stage.reflects() {
             return None;
@@ -109,13 +109,13 @@ impl NearLights {
         let emitters = stage.emitters.list();
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
         let mut rays = 0;
-        // Illuminance for a lumen of the emitter, in 1/m², where each packet arrives.
+        // Illuminance per lumen of the emitter, in 1/m², at the arrival of each packet.
         let mut found: Vec<(u32, f64)> = Vec::new();
         for packet in 0..PACKETS {
             stream.seek_quasi(packet, 0, packet);
             let choice = (packet as f64 + 0.5) / PACKETS as f64;
             let index = stage.emitters.index_at(choice);
-            // Sky and sun are far.
+            // Sky and sun are far away.
             if emitters[index as usize].is_far() {
                 continue;
             }
@@ -157,7 +157,7 @@ impl NearLights {
         Some(NearLights { is_near, emitters: indices, cumulative_flux_lm, touch, rays: rays + chain_rays })
     }
 
-    /// Numbers of the luminaires that they belong to.
+    /// Numbers of the luminaires to which the near emitters belong.
     pub fn luminaires(&self, stage: &Stage) -> impl Iterator<Item = usize> {
         let mut luminaires: Vec<usize> =
             self.emitters.iter().map(|index| stage.emitters.list()[*index as usize].luminaire as usize).collect();
@@ -170,18 +170,19 @@ impl NearLights {
         self.touch
     }
 
-    /// Rays that it took to find them.
+    /// Rays spent on finding them.
     pub fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// Flux of all of them in lm.
+    /// Flux of all near emitters in lm.
     pub fn luminous_flux_lm(&self) -> f64 {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// The share with which a look at an emitter counts from a diffuse place with the normal of its lit side, that a walk met on the
-    /// side with the normal `seen`, coming from where it looked back from: docs/methods.md (42).
+    /// Weight of a light sample of an emitter at a diffuse point, beside the light-path connection: docs/methods.md (42). A walk met the
+    /// point on the side with the normal `seen`. `place` has the normal of its lit side. The walk came from `from`, where it made the
+    /// connection.
     #[inline]
     pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, seen: DVec3, from: LookedBack) -> f64 {
         if !self.is_near(emitter) {
@@ -189,25 +190,25 @@ impl NearLights {
         }
         let met_per_m2 = seen_per_m2((place.0, seen), from);
         if met_per_m2 <= 0.0 {
-            // Met all the same, by rounding: looking back does not see it.
+            // The walk met the point by rounding alone: a connection does not see it.
             return 1.0;
         }
         met_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * self.lit_per_m2(stage, emitter, place))
     }
 
-    /// Whether an emitter is one of them.
+    /// Whether an emitter is near.
     #[inline]
     pub fn is_near(&self, emitter: u32) -> bool {
         self.is_near[emitter as usize]
     }
 
-    /// Density in 1/m² of packets of an emitter at a place.
+    /// Density in 1/m² of packets of an emitter at a point.
     pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): LookedBack) -> f64 {
         stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
-    /// One sample, with its share, of what a place receives by way of the diffuse surfaces that near luminaires light, in lx; it is
-    /// taken by the chance of [`Roulette`].
+    /// One weighted sample of the illuminance of a point in lx, by way of the diffuse surfaces that near luminaires light. It is taken with
+    /// the chance of [`Roulette`].
     pub fn look_back(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> LookBack {
         let (spot, rays) = self.packet(stage, stream);
         spot.map_or(LookBack::nothing(rays), |spot| {
@@ -216,8 +217,8 @@ impl NearLights {
         })
     }
 
-    /// The spot that a packet of a near luminaire lights, and the rays it took; `None` where it lights none that spreads light, and where
-    /// the chance of [`Roulette`] draws no packet.
+    /// The spot that a packet of a near luminaire lights, and the number of rays traced. `None` if the packet lights no scattering surface,
+    /// or if the chance of [`Roulette`] draws no packet.
     pub fn packet(&self, stage: &Stage, stream: &mut Stream) -> (Option<LitSpot>, u64) {
         let chance = stage.roulette.look_back_chance;
         if chance < 1.0 && !stream.happens(chance) {
@@ -255,7 +256,8 @@ impl NearLights {
         }
     }
 
-    /// What a place receives from a spot, with its share beside walks from the place that meet it; its rays are those of seeing it.
+    /// Illuminance of a point from a spot, weighted against walks from the point that meet the spot. Its rays are those that test
+    /// visibility.
     pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: LookedBack, to_origin: &Origin) -> LookBack {
         let LitSpot { emitter, hit, normal, .. } = spot;
         let (leaving, lobe) = match spot.leaving {
@@ -284,7 +286,7 @@ impl NearLights {
     }
 }
 
-/// Density in 1/m² with which walks from a place by the cosine law meet another, if nothing is in the way.
+/// Density in 1/m² with which cosine-distributed rays from one point meet another, without occlusion.
 fn seen_per_m2((point_m, normal): LookedBack, (from_m, from_normal): LookedBack) -> f64 {
     let offset_m = point_m - from_m;
     let square_m2 = offset_m.length_squared();
@@ -292,7 +294,7 @@ fn seen_per_m2((point_m, normal): LookedBack, (from_m, from_normal): LookedBack)
     if cosines > 0.0 { cosines / (PI * square_m2 * square_m2) } else { 0.0 }
 }
 
-/// Median distance in m from one surface to the next that packets meet, and the rays that it took to find out.
+/// Median distance in m from one surface to the next that packets meet, and the number of rays traced for it.
 pub fn median_distance_m(stage: &Stage) -> (f64, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 1, 0);
     let (mut distances_m, mut rays) = (Vec::new(), 0);

@@ -1,25 +1,26 @@
-//! What walks leave to chance, since it would cost more rays than it is worth in every one of them.
+//! Decisions of walks that are left to chance, because doing them in every walk costs more rays than it is worth.
 
 use crate::sampling::random::Stream;
 
-/// Weight below which walks end by chance where nothing is known of a scene.
+/// Weight below which walks end by chance if nothing is known of a scene.
 const USUAL_SAFE_WEIGHT: f64 = 0.4;
 
-/// What walks leave to chance: where they end, and how often they look back from what near luminaires light (docs/methods.md (48), (49)).
+/// Decisions of walks that are left to chance: where walks end, and how often they make a light-path connection to nearby luminaires (look
+/// back, docs/methods.md (48), (49)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roulette {
-    /// A walk that goes on with at least this weight does so in any case; with less, by chance, and a survivor has this weight.
+    /// A walk whose next weight is at least this always continues. A lighter walk continues by chance, and a survivor has this weight.
     pub safe_weight: f64,
-    /// Chance in (0, 1] of looking back at each vertex.
+    /// Probability in (0, 1] of a light-path connection (look back) at each vertex.
     pub look_back_chance: f64,
-    /// Surfaces that a walk meets over those that it would meet if each ended it by its absorptance.
+    /// Ratio of the surfaces that a walk meets to those that it would meet if each surface ended it by its absorptance.
     pub longer: f64,
-    /// Rays that it took to find these out.
+    /// Rays spent on finding these values.
     pub pilot_rays: u64,
 }
 
 impl Roulette {
-    /// The weight that a walk goes on with which would have this one in every walk; `None` where it ends.
+    /// Weight with which a walk continues after roulette; `weight` is what every walk would have without it. `None` if the walk ends.
     #[inline]
     pub fn survivor_weight(&self, weight: f64, stream: &mut Stream) -> Option<f64> {
         if weight >= self.safe_weight {

@@ -1,11 +1,10 @@
-//! Light selection by cell: how much of each luminaire is in sight, cell by cell.
+//! Light selection by cell: how much of each luminaire is visible, cell by cell.
 //!
-//! Among shelves and machines most luminaires that would bring much are hidden, and looks at them find nothing. So before
-//! a long run some chains show where light meets surfaces; in cells that hold several such places, looks from these tell
-//! about how much of each emitter is seen. A look from such a cell goes to an emitter with a probability in proportion to
-//! E √v, E what it brings unshadowed and v the share that was seen: where an emitter is hidden at random this leaves the
-//! least variance. Every emitter keeps a probability, and whatever the probabilities are, the mean is right. A cell
-//! that stands near an emitter keeps the choice point by point.
+//! Among shelves and machines most strong luminaires are hidden, and light samples of them find nothing. So before a long run some chains
+//! show where light meets surfaces. In cells that contain several of these points, light samples from them estimate the visible share of
+//! each emitter. A light sample from such a cell chooses an emitter with a probability in proportion to E √v. E is its unshadowed
+//! illuminance and v the share that was seen. This minimises the variance where an emitter is hidden at random. Every emitter keeps a
+//! probability, and the mean is right whatever the probabilities are. A cell near an emitter keeps the choice point by point.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,71 +16,71 @@ use crate::sampling::emitter::Emitter;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::LobeKind;
 
-/// Emitters, at least and at most, for which cells are worth their room.
+/// Minimum and maximum number of emitters for which cells are worth their memory.
 const FEWEST_EMITTERS: usize = 4;
 const MOST_EMITTERS: usize = 8192;
-/// Emitters up to which there is room for nearly all cells that rays meet, and share of all surfaces that may shine: cells near
-/// those keep the choice point by point.
+/// Number of emitters up to which there is memory for nearly all cells that rays meet, and maximum share of all surfaces that may shine:
+/// cells near shining surfaces keep the choice point by point.
 const MOST_SERVED: usize = 512;
 const MOST_SHINING: f64 = 0.1;
-/// Numbers that all cells together hold, at most: 16 MB.
+/// Maximum number of values that all cells together hold: 16 MB.
 const MOST_NUMBERS: usize = 4_000_000;
-/// Share of the unshadowed light that must be hidden, on average, for the looks to pay.
+/// Mean share of the unshadowed light that must be hidden for the survey to pay off.
 const LEAST_HIDDEN: f64 = 0.25;
-/// Share of a run's rays that finding out may take, rays below which it is not begun, and most rays.
+/// Share of a run's rays that the survey may take, number of rays below which it is not begun, and maximum number of rays.
 const SHARE_OF_RUN: f64 = 0.1;
 const LEAST_RAYS: f64 = 50_000.0;
 const MOST_RAYS: f64 = 4e6;
-/// Share of these that chains take, to find where light meets surfaces.
+/// Share of these rays that chains take, to find where light meets surfaces.
 const SHARE_OF_CHAINS: f64 = 0.1;
-/// Places in a cell, about, and fewest from which it is looked at.
+/// Approximate number of points in a cell, and fewest points from which a cell is surveyed.
 const PLACES: f64 = 8.0;
 const FEWEST_PLACES: usize = 3;
-/// Steps towards the size of cells that makes it so.
+/// Iterations towards the cell size that gives this number.
 const SIZE_STEPS: usize = 5;
-/// Looks at an emitter that brings everything, and at any one at least.
+/// Light samples of an emitter that brings all the light, and least number for any emitter.
 const LOOKS: f64 = 100.0;
 const FEWEST_LOOKS: usize = 2;
-/// A cell's looks end when the emitters left could bring this share of what was seen.
+/// A cell's survey ends when the emitters left could bring at most this share of what was seen.
 const REST: f64 = 0.1;
-/// Looks that both answers, seen and hidden, count for before the first.
+/// Number of light samples for which each outcome, seen and hidden, counts before the first one (a prior).
 const PRIOR: f64 = 0.5;
-/// Share of all that an emitter brings for that to matter.
+/// Share of the light of all emitters from which on an uneven emitter matters.
 const STRONG: f64 = 0.02;
 /// Share of the choices that goes to any emitter.
 const ANY: f64 = 0.01;
-/// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
+/// Share of the bound of an emitter's illuminance that is added to its unshadowed illuminance.
 const SHARE_OF_BOUND: f64 = 0.5;
-/// Edges of a cell within which of its middle no emitter may stand, and none that is a point.
+/// Distance from the centre of a cell, in edges, within which no emitter may stand; the second value is for a single point emitter.
 const NEAR: f64 = 0.5;
 const NEAR_POINT: f64 = 1.2;
-/// What an emitter brings to a place over its mean in the cell from which on the cell stands too near.
+/// Ratio of an emitter's bound at a point to its mean in the cell from which on the cell is too near.
 const UNEVEN: f64 = 3.0;
-/// Share of the most that an emitter may bring to a corner of a cell with which it counts at least, whatever it may bring to the
-/// places; and the most that all get by that, over what all may bring to the places.
+/// Least weight of an emitter, as a share of the most that it may bring to a corner of a cell, whatever it may bring to the points; and
+/// maximum total that this adds, over what all emitters may bring to the points.
 const SHARE_OF_CORNER: f64 = 0.1;
 const MOST_EXTRA: f64 = 0.2;
-/// The looks enter no result but by way of probabilities: they are the same for all seeds.
+/// The survey affects results only through probabilities, so its random numbers are the same for all seeds.
 const SEED: u64 = 0x51_6875;
 
-/// Parts that probabilities are counted in.
+/// Units of probability 1: probabilities are stored as multiples of 1/`WHOLE`.
 const WHOLE: f64 = 2_147_483_648.0;
 
-/// Probabilities of emitters, cell by cell; a cell is a cube of space and one of six directions that surfaces face.
+/// Probabilities of emitters, cell by cell. A cell is a cube of space and one of six directions that surfaces face.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SelectionByCell {
     low_m: DVec3,
     cell_m: f64,
     counts: [usize; 3],
-    /// Number of every cell among those that were looked at.
+    /// Number of every cell among those that were surveyed.
     numbers: Vec<u32>,
-    /// For each of these the sums of probabilities up to and including every emitter, in parts of [`WHOLE`].
+    /// For each surveyed cell, the cumulative probability up to and including every emitter, in units of 1/[`WHOLE`].
     cumulative: Vec<u32>,
     emitters: usize,
     rays: u64,
 }
 
-/// A place where light met a surface.
+/// A point where light met a surface.
 struct LitPlace {
     cell: usize,
     point_m: DVec3,
@@ -89,14 +88,14 @@ struct LitPlace {
     origin: Origin,
 }
 
-/// What looks from one cell found.
+/// Result of the light samples from one cell.
 struct CellCounts {
     cell: usize,
     cumulative: Vec<u32>,
     rays: u64,
 }
 
-/// Whether in a run of about so many rays nearly all choices would be by cells.
+/// Whether nearly all choices in a run of about `planned_rays` rays would be by cells.
 pub fn would_serve(stage: &Stage, planned_rays: f64) -> bool {
     let emitters = stage.emitters.list();
     let shining_m2 =
@@ -106,7 +105,7 @@ pub fn would_serve(stage: &Stage, planned_rays: f64) -> bool {
         && rays_to_find_out(stage, planned_rays).is_some()
 }
 
-/// Rays that finding out may take in a run of about so many rays; `None` where it would not pay.
+/// Rays that the survey may take in a run of about `planned_rays` rays. `None` if it would not pay off.
 fn rays_to_find_out(stage: &Stage, planned_rays: f64) -> Option<f64> {
     let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
     let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&stage.emitters.list().len());
@@ -114,7 +113,7 @@ fn rays_to_find_out(stage: &Stage, planned_rays: f64) -> Option<f64> {
 }
 
 impl SelectionByCell {
-    /// Finds out what is in sight from where, for a run of about so many rays; `None` where that would not pay.
+    /// Surveys which emitters are visible from which cells, for a run of about `planned_rays` rays. `None` if that would not pay off.
     pub fn of(stage: &Stage, planned_rays: f64) -> Option<SelectionByCell> {
         let rays = rays_to_find_out(stage, planned_rays)?;
         let emitters = stage.emitters.list().len();
@@ -126,12 +125,12 @@ impl SelectionByCell {
         met.sort_by_key(|meeting| meeting.cell);
         let mut cells: Vec<&[LitPlace]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
         cells.retain(|cell| cell.len() >= FEWEST_PLACES);
-        // The cells that most light meets come first, as far as the rays go.
+        // The cells that most light meets come first, as far as the rays suffice.
         cells.sort_by_key(|cell| (usize::MAX - cell.len(), cell[0].cell));
         cells.truncate(MOST_NUMBERS / emitters);
         let mut left = rays - chain_rays as f64;
         map.rays = chain_rays;
-        // Parts of fixed size keep the result free of the number of threads.
+        // Parts of fixed size make the result independent of the number of threads.
         for part in cells.chunks(64) {
             if left <= 0.0 {
                 break;
@@ -151,7 +150,7 @@ impl SelectionByCell {
         Some(map)
     }
 
-    /// Empty cells around all places, of such a size that about [`PLACES`] lie in one.
+    /// Empty cells around all points, of a size that puts about [`PLACES`] points in one.
     fn over(met: &[LitPlace]) -> Option<SelectionByCell> {
         let (low_m, high_m) = met.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
             (low.min(at.point_m), high.max(at.point_m))
@@ -161,7 +160,7 @@ impl SelectionByCell {
         let mut cell_m = extent_m.max_element() / 8.0;
         let mut map = SelectionByCell::default();
         for _ in 0..SIZE_STEPS {
-            // A cell more keeps the outermost places within.
+            // One extra cell contains the outermost points.
             let counts: [usize; 3] = std::array::from_fn(|axis| (extent_m[axis] / cell_m) as usize + 1);
             if !(cell_m > 0.0 && cell_m.is_finite()) || counts.iter().product::<usize>() > MOST_NUMBERS {
                 return None;
@@ -176,7 +175,7 @@ impl SelectionByCell {
         Some(map)
     }
 
-    /// Rays that it took.
+    /// Rays that the survey took.
     pub fn rays(&self) -> u64 {
         self.rays
     }
@@ -199,7 +198,7 @@ impl SelectionByCell {
         self.low_m + (((point_m - self.low_m) / self.cell_m).floor() + 0.5) * self.cell_m
     }
 
-    /// Choices among emitters at a point with a unit normal; `None` where its cell says nothing.
+    /// Choice among emitters at a point with a unit normal. `None` if its cell was not surveyed.
     #[inline]
     pub(super) fn of_place(&self, point_m: DVec3, normal: DVec3) -> Option<CellChoice<'_>> {
         let number = self.numbers[self.cell(point_m, normal)?];
@@ -212,7 +211,7 @@ impl SelectionByCell {
 pub(super) struct CellChoice<'a>(&'a [u32]);
 
 impl CellChoice<'_> {
-    /// The emitter that a variate in [0, 1) chooses, and the probability of that.
+    /// The emitter that a variate in [0, 1) chooses, and the probability of that choice.
     #[inline]
     pub fn choose(self, variate: f64) -> (u32, f64) {
         let aim = (variate * WHOLE) as u32;
@@ -229,7 +228,7 @@ impl CellChoice<'_> {
     }
 }
 
-/// Places where chains of about so many rays meet surfaces that scatter, and the rays.
+/// Points where chains of about `most_rays` rays meet surfaces that scatter, and the number of rays traced.
 fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     let (mut met, mut rays) = (Vec::new(), 0);
@@ -252,15 +251,15 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
     (met, rays)
 }
 
-/// What each emitter may bring to the places of a cell.
+/// Upper bounds of what each emitter may bring to the points of a cell, in lx.
 struct Bounds {
-    /// Means over the places.
+    /// Means over the points.
     means: Vec<f64>,
-    /// The same with a share of what it may bring to the cell's corners.
+    /// The means, raised by a share of what the emitter may bring to the cell's corners.
     with_corners: Vec<f64>,
 }
 
-/// What the emitters may bring to places of a cell, in lx; `None` where one stands so near that the places differ in it.
+/// Bounds of what the emitters may bring to points of a cell, in lx. `None` if an emitter is so near that it differs between the points.
 fn bounds_over(stage: &Stage, (center_m, cell_m): (DVec3, f64), places: &[&LitPlace]) -> Option<Bounds> {
     let list = stage.emitters.list();
     let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
@@ -276,7 +275,7 @@ fn bounds_over(stage: &Stage, (center_m, cell_m): (DVec3, f64), places: &[&LitPl
     if list.iter().zip(&means).any(is_uneven) {
         return None;
     }
-    // An emitter that is behind all places may be in front of others in the cell.
+    // An emitter that is behind all sampled points may be in front of others in the cell.
     let corners: [(DVec3, DVec3); 8] = std::array::from_fn(|corner| {
         let end = |axis: usize| if corner & (1 << axis) == 0 { -0.5 } else { 0.5 };
         (center_m + cell_m * DVec3::new(end(0), end(1), end(2)), places[corner % places.len()].normal)
@@ -296,8 +295,8 @@ fn mean_over(places: &[&LitPlace], of: impl Fn(&LitPlace) -> f64) -> f64 {
     places.iter().map(|place| of(place)).sum::<f64>() / places.len() as f64
 }
 
-/// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
-/// that places in the cell differ in what it brings.
+/// Takes light samples of the emitters from points in a cell, starting with the emitters that may bring most. `None` if an emitter is so
+/// near that its illuminance differs between points of the cell, or if no emitter has a weight.
 fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
     let list = stage.emitters.list();
     let count = cell.len().min(PLACES as usize);
@@ -314,13 +313,13 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
     for (rank, emitter) in order.iter().enumerate() {
         let bound = bounds[*emitter];
         if rest <= REST * seen {
-            // What was not looked at is as often in sight as what was.
+            // Emitters that were not sampled are assumed visible as often as the sampled ones.
             let scale = (seen / looked).sqrt();
             order[rank..].iter().for_each(|emitter| weights[*emitter] = scale * bounds[*emitter]);
             break;
         }
         if means[*emitter] == 0.0 {
-            // The places cannot tell.
+            // The sampled points give no information on this emitter.
             weights[*emitter] = SHARE_OF_BOUND * bound * 0.5f64.sqrt();
             rest -= bound;
             continue;
@@ -329,7 +328,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
         let mut shares = 0.0;
         let asked = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
         for number in 0..asked {
-            // Places in turn, so that weak emitters are not all looked at from the same.
+            // The points take turns, so that weak emitters are not all sampled from the same point.
             let place = places[(number + rank) % count];
             stream.seek(((cell[0].cell as u64) << 28) | ((*emitter as u64) << 4) | number as u64);
             let Some(look) = list[*emitter].light_sample(place.point_m, place.normal, &mut stream) else {
@@ -348,7 +347,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
         looked += bound;
         seen += bound * shares / asked;
     }
-    // Hidden emitters get no more weight than all that are seen, however bright they are.
+    // Hidden emitters together get no more weight than all seen emitters, however bright they are.
     let of_hidden = |weights: &[f64]| hidden.iter().map(|emitter| weights[*emitter]).sum::<f64>();
     let others = weights.iter().sum::<f64>() - of_hidden(&weights);
     let scale = others / of_hidden(&weights);
@@ -376,8 +375,9 @@ mod tests {
     use super::*;
     use crate::check::scene_from_json;
 
-    /// Four lamps; places of a cell of 1 m lie at x = 0.2 and face −x, and the last lamp is behind them at x = 0.5. A place at x = 0.9 of
-    /// the same cell has it in front: its looks must find it with more than the least chance that every lamp has (the planted fault).
+    /// Four lamps. The points of a cell of 1 m lie at x = 0.2 and face −x, and the last lamp is behind them at x = 0.5. A point at x = 0.9
+    /// of the same cell has it in front. Its light samples must find it with more than the least chance that every lamp has (the planted
+    /// fault).
     #[test]
     fn a_lamp_behind_all_places_looked_at_is_still_found_from_others_of_the_cell() {
         let lamp = |name: &str, position: &str| {

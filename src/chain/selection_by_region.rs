@@ -1,10 +1,10 @@
-//! Light selection by region: which luminaires are in sight from where.
+//! Light selection by region: which luminaires are visible from where.
 //!
-//! A walk looks at one luminaire, chosen by what it would bring if nothing stood between. Where a strong one is hidden,
-//! nearly all looks go to it and what lights the place is hardly ever found: the result is right in the mean, but no
-//! run is long enough for its error bar to know. So a few looks from every part of the scene, before the run, tell where
-//! most of the unshadowed light is hidden. There the choice is shared: half of the looks go to luminaires that were seen
-//! from the region, most others by unshadowed light, and a few to any, so that none is ever impossible.
+//! A walk samples one luminaire, chosen by its unshadowed illuminance. Where a strong luminaire is hidden, nearly all light samples go to
+//! it. The luminaires that light the point are then hardly ever found: the mean is right, but no run is long enough for its error bar to
+//! show this. So before the run a few light samples from every part of the scene show where most of the unshadowed light is hidden. In
+//! these parts the choice is shared: half of the samples go to luminaires seen from the region, most others go by unshadowed light, and a
+//! few go to any luminaire, so that none is ever impossible.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,42 +16,42 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{Scene, Side};
 
-/// Parts that a scene's surfaces are divided into, at most.
+/// Maximum number of parts into which a scene's surfaces are divided.
 const MOST_REGIONS: usize = 128;
-/// Points of a region from which the first looks are taken.
+/// Points of a region from which the first light samples are taken.
 const FIRST_POINTS: u64 = 8;
-/// Luminaires looked at from each of them, at most.
+/// Maximum number of luminaires sampled from each of these points.
 const FIRST_LOOKS: u64 = 32;
-/// Choices need help where more than this share of the unshadowed light is hidden from a point: less costs little.
+/// The choice needs help if more than this share of the unshadowed light is hidden from a point. Less costs little.
 pub const HIDDEN: f64 = 0.99;
-/// Points of a region that is looked at closely.
+/// Points of a region that is surveyed closely.
 const POINTS: u64 = 16;
-/// Luminaires looked at from each of them, at most.
+/// Maximum number of luminaires sampled from each of these points.
 const LOOKS: u64 = 256;
-/// A close look at a point ends when what has not been looked at could bring this share of what is in sight.
+/// A close survey at a point ends when the luminaires not yet sampled could bring at most this share of what is visible.
 const REST: f64 = 1e-3;
-/// The survey's numbers enter no result but by way of probabilities: they are the same for all seeds.
+/// The survey affects results only through probabilities, so its random numbers are the same for all seeds.
 const SEED: u64 = 0x0A11;
 
-/// What was seen of the luminaires from the parts of a scene.
+/// Visibility of the luminaires from the parts of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct SelectionByRegion {
-    /// Region of every triangle's front and back; empty where no choice needs help.
+    /// Region of every triangle's front and back. Empty if no choice needs help.
     regions: Vec<[u32; 2]>,
     selections: Vec<Option<RegionSelection>>,
     rays: u64,
     hidden_share: f64,
 }
 
-/// Where an emitter is looked for from: a side of a triangle.
+/// Side of a triangle, from which emitters are sampled.
 pub type TriangleSide = (u32, Side);
 
-/// The luminaires in sight from a region where most of the unshadowed light is hidden.
+/// The luminaires visible from a region where most of the unshadowed light is hidden.
 #[derive(Clone, Debug)]
 pub(super) struct RegionSelection {
-    /// Emitters by number.
+    /// Numbers of the emitters.
     emitters: Vec<u32>,
-    /// Sum of the shares up to and including each, 1 at the end.
+    /// Cumulative share up to and including each emitter, 1 at the end.
     cumulative: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ impl RegionSelection {
 }
 
 impl SelectionByRegion {
-    /// Looks around in a scene; a scene of one emitter, or without reflection, needs no look.
+    /// Surveys a scene. A scene with one emitter, or without reflection, needs no survey.
     pub(super) fn of(scene: &Scene, stage: &Stage) -> SelectionByRegion {
         if stage.emitters.list().len() < 2 || !stage.reflects() {
             return SelectionByRegion::default();
@@ -106,12 +106,12 @@ impl SelectionByRegion {
         SelectionByRegion { regions, selections, rays, hidden_share }
     }
 
-    /// Rays that looking around took.
+    /// Rays that the survey took.
     pub fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// Share of the unshadowed light that is hidden from surfaces, about, on average.
+    /// Approximate mean share of the unshadowed light that is hidden from surfaces.
     pub fn hidden_share(&self) -> f64 {
         self.hidden_share
     }
@@ -124,13 +124,13 @@ impl SelectionByRegion {
 }
 
 impl Stage {
-    /// Share of the light of a look that gets to a place: 1 or 0, or what panes let pass.
+    /// Share of the light of a sample that reaches a point: 1, 0, or what panes transmit.
     pub fn seen_share(&self, look: &LightSample, origin: &Origin) -> f64 {
         look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
     }
 
-    /// Looks at one emitter after the other from a point with a unit normal, strong ones about first, and shows each with
-    /// what it brings in lx, until that is `enough`.
+    /// Samples one emitter after the other from a point with a unit normal, roughly in order of strength. Passes each to `show` with its
+    /// illuminance in lx, until `enough` returns true.
     pub fn light_samples_around(
         &self,
         origin: &Origin,
@@ -156,8 +156,8 @@ impl Stage {
     }
 }
 
-/// Divides sides of triangles into parts of at most so many that face and stand alike: first by the axis that they
-/// face, then in halves along the longest extent.
+/// Divides sides of triangles into parts of at most `most` that face and lie alike: first by the axis that they face, then in halves along
+/// the longest extent.
 fn divide<'a>(
     scene: &Scene,
     stage: &Stage,
@@ -194,43 +194,43 @@ fn halve<'a>(scene: &Scene, spots: &'a mut [TriangleSide], most: usize, parts: &
     halve(scene, second, most, parts);
 }
 
-/// What the looks from one point found.
+/// Result of the light samples from one point.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightInSight {
-    /// Importance of emitters that were seen, in lx.
+    /// Sum of the importance of emitters that were seen, in lx.
     pub seen: f64,
-    /// Importance of those that were hidden.
+    /// Sum of the importance of emitters that were hidden, in lx.
     pub hidden: f64,
-    /// Importance of those that were not looked at.
+    /// Sum of the importance of emitters that were not sampled, in lx.
     pub rest: f64,
-    /// Emitters that were looked at.
+    /// Number of emitters that were sampled.
     pub looks: u64,
-    /// Rays that it took.
+    /// Rays traced.
     pub rays: u64,
 }
 
 impl LightInSight {
-    /// Whether nearly all that was looked at is hidden: then a choice by unshadowed light needs help.
+    /// Whether nearly all importance that was sampled is hidden. A choice by unshadowed light then needs help.
     pub fn is_mostly_hidden(&self) -> bool {
         self.hidden > HIDDEN * (self.hidden + self.seen)
     }
 
-    /// Whether what was not looked at is nothing beside what is in sight.
+    /// Whether the unsampled rest is negligible beside what is visible.
     pub fn has_little_rest(&self) -> bool {
         self.rest <= REST * self.seen
     }
 }
 
-/// What looking around from a region found.
+/// Result of the survey of a region.
 struct RegionSurvey {
-    /// The luminaires in sight, where nearly all unshadowed light is hidden from some point of it.
+    /// The luminaires visible, if nearly all unshadowed light is hidden from some point of the region.
     selection: Option<RegionSelection>,
     /// Shares of the light that were seen and that were hidden, summed over the first points.
     light: [f64; 2],
     rays: u64,
 }
 
-/// Looks around from a region.
+/// Surveys a region.
 fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> RegionSurvey {
     let areas: Vec<f64> = spots
         .iter()
@@ -280,7 +280,7 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> 
             }
         };
         rays += look_from(FIRST_POINTS + index, POINTS, &mut show, &enough).rays;
-        // Every point has one vote, however dark it is there.
+        // Every point has one vote, however dark it is.
         let sum: f64 = shares[first..].iter().map(|(_, lx)| lx).sum();
         shares[first..].iter_mut().for_each(|(_, lx)| *lx /= sum);
     }

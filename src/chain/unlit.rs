@@ -1,5 +1,5 @@
-//! Sides of triangles that no luminaire can light, whatever stands between: ceilings above lamps that shine down, floors below
-//! floor lights, the undersides of shelves. Looks from there would find nothing and need not be taken.
+//! Sides of triangles that no luminaire can light, whatever is in between: ceilings above luminaires that shine down, floors below floor
+//! lights, the undersides of shelves. Light samples from there would find nothing and are omitted.
 
 use rayon::prelude::*;
 
@@ -7,9 +7,9 @@ use super::Stage;
 use crate::sampling::emitter::Reach;
 use crate::scene::{Scene, Side, body_of};
 
-/// Sides times emitters up to which every side is held against every emitter: a second's work.
+/// Number of sides times emitters up to which every side is tested against every emitter: one second of work.
 const MOST_TESTS: usize = 200_000_000;
-/// What rounding may have of a height, over the longest way in a scene.
+/// Rounding error of a height, as a share of the longest distance in a scene.
 const ROUNDING: f64 = 1e-12;
 
 /// Marks the sides that no emitter of a scene can light.
@@ -26,11 +26,11 @@ pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
                 return;
             }
             let corners_m = scene.corners_m(triangle as u32);
-            // Nobody looks from the backs of one-sided surfaces.
+            // No ray starts from the backs of one-sided surfaces.
             for side in Side::of_surface(optics.two_sided).iter().copied() {
                 let normal = if side == Side::Front { optics.normal } else { -optics.normal };
                 let lights = |reach: &Reach| reach.may_light(&corners_m, normal, tolerance_m);
-                // What lit the one before mostly lights this one too.
+                // The emitter that lit the previous triangle mostly lights this one too.
                 let first = reaches.get(*latest).and_then(|reach| lights(reach).then_some(*latest));
                 match first.or_else(|| reaches.iter().position(lights)) {
                     Some(emitter) => *latest = emitter,

@@ -1,4 +1,4 @@
-//! Classic mistakes that make no scene invalid: told as warnings, each with what to look at.
+//! Classic mistakes that do not make a scene invalid. Each is reported as a warning that says what to check.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,24 +13,25 @@ use super::straight::{FirstMet, MOST_LOOKS, first_met};
 use super::warnings::names;
 use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene, listed, place_words};
 
-/// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
+/// Lowest usual maintenance factor. A lower one is rarely intended: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
 const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
-/// A luminaire that aims upward at something nearer than this in m lights next to nothing but that.
+/// A luminaire that aims upward at something nearer than this in m lights almost nothing else.
 const TOO_NEAR_M: f64 = 0.1;
-/// A normal with a greater z than this, either way, belongs to a horizontal plane.
+/// A plane is horizontal if its normal's z exceeds this, upward or downward.
 const HORIZONTAL: f64 = 0.99;
-/// An aim with a greater z looks upward.
+/// A luminaire aims upward if its aim's z exceeds this.
 const UPWARD: f64 = 0.5;
-/// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
+/// In a scene smaller than this in m, the openings of real luminaires would reach through everything, so its unit is wrong.
 const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
-/// What is said of luminaires in solids.
+/// The words for luminaires in solids.
 pub const BURIED: &str = "inside of a closed solid";
-/// A point this near to the bounding box, as a fraction of its size, is not outside: above the rounding of coordinates.
+/// A point this near to the bounding box, as a fraction of the box's size, does not count as outside. This is above the rounding of
+/// coordinates.
 const ON_BOUNDS: f64 = 1e-9;
 
-/// Adds a warning for each classic mistake that a valid scene shows.
+/// Adds a warning for each classic mistake in a valid scene.
 ///
-/// `shells` are the closed shells of its geometries.
+/// `shells` are the closed shells of the scene's geometries.
 pub(super) fn advise(scene: &mut Scene, shells: &[Shell]) {
     let mut advice = Vec::new();
     advise_on_maintenance(&scene.luminaires, &mut advice);
@@ -86,7 +87,7 @@ fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         match set.points.iter().filter(|point| is_outside(point.position_m)).count() {
             0 => {}
             count if count == points => all_outside.push(&set.name),
-            // Where there is no room, receivers may well reach beyond what stands there.
+            // Without a room, receivers may well extend beyond the surfaces.
             count if has_room => advice.push(format!(
                 "{}: {count} of {points} points are outside of {box_m}, where no light of a room gets; they count in its tables and errors",
                 set.name
@@ -102,7 +103,8 @@ fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     }
 }
 
-/// Two luminaires in one place that look alike are one too many; one that shines up and one that shines down are not.
+/// Warns of two luminaires at one position that aim the same way: one of them is superfluous. One that aims up and one that aims down are
+/// not.
 fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
     let mut places: HashMap<[u64; 6], &Luminaire> = HashMap::new();
     let mut doubles: Vec<(&Luminaire, &Luminaire)> = Vec::new();
@@ -187,12 +189,12 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     }
 }
 
-/// Where a luminaire that has a direction stands in m, and that direction.
+/// Returns the position in m and the direction of a luminaire that has a direction.
 fn place_and_aim(luminaire: &Luminaire) -> Option<(DVec3, DVec3)> {
     Some((luminaire.emission.place_m()?, luminaire.emission.aim()?))
 }
 
-/// How far up each luminaire is aimed, and what it meets there first.
+/// Returns for each luminaire how far up it aims (z of its direction), and what it meets there first.
 fn aims_of(scene: &Scene) -> Vec<Option<(f64, FirstMet)>> {
     let aims = scene.luminaires.par_iter().map(|luminaire| {
         let (place_m, aim) = place_and_aim(luminaire)?;
@@ -201,8 +203,8 @@ fn aims_of(scene: &Scene) -> Vec<Option<(f64, FirstMet)>> {
     aims.collect()
 }
 
-/// Names of the luminaires that are aimed at the back of a one-sided surface, as a message lists them; `None` where there are none, or too
-/// many to look.
+/// Returns the names of the luminaires that aim at the back of a one-sided surface, as a message lists them. `None` if there are none, or
+/// too many for this check.
 pub(crate) fn luminaires_aimed_at_backs(scene: &Scene) -> Option<String> {
     if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
         return None;
@@ -215,7 +217,7 @@ pub(crate) fn luminaires_aimed_at_backs(scene: &Scene) -> Option<String> {
     (!at_backs.is_empty()).then(|| names(at_backs))
 }
 
-/// A horizontal grid in the lower half of a scene that faces down is seldom meant.
+/// Warns of horizontal grids in the lower half of a scene that face down, which are rarely intended.
 fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
     let [low_m, high_m] = bounds_m(scene);
     let middle_m = 0.5 * (low_m.z + high_m.z);
@@ -239,7 +241,7 @@ mod tests {
 
     use crate::check::scene_from_json;
 
-    /// Warnings of a room 4 m × 4 m × 3 m with these luminaires.
+    /// Returns the warnings of a room 4 m × 4 m × 3 m with these luminaires.
     fn warnings(luminaires: &str) -> Vec<String> {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},

@@ -1,4 +1,4 @@
-//! Warns of luminous openings that a surface cuts: what lies behind it shines where nobody looks.
+//! Warns of luminous openings that a surface cuts: the part behind the surface shines where nobody sees it.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,10 +9,10 @@ use crate::scene::listed;
 use crate::scene::photometry::Opening;
 use crate::scene::{Emission, Luminaire, Scene};
 
-/// A part of an opening that is less than this far behind a surface in m is a matter of rounding and fitting.
+/// A part of an opening less than this far behind a surface, in m, comes from rounding and fitting.
 const SLIGHT_M: f64 = 1e-3;
 
-/// Adds a warning for the luminaires whose opening a surface cuts, with the surfaces' names.
+/// Adds a warning for the luminaires with an opening that a surface cuts, with the surfaces' names.
 pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
     let cuts: Vec<Vec<(u32, f64)>> = scene.luminaires.par_iter().map(|luminaire| cuts_of(scene, luminaire)).collect();
     let cut: Vec<&Luminaire> = scene
@@ -43,14 +43,14 @@ pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
     ));
 }
 
-/// Names of the luminaires of which a part of the opening lies behind a surface, as a message lists them; `None` where there are none.
+/// Returns the names of the luminaires whose opening lies partly behind a surface, as a message lists them; `None` if there are none.
 pub(crate) fn luminaires_behind_surfaces(scene: &Scene) -> Option<String> {
     let cut: Vec<&Luminaire> =
         scene.luminaires.par_iter().filter(|luminaire| !cuts_of(scene, luminaire).is_empty()).collect();
     (!cut.is_empty()).then(|| names(cut))
 }
 
-/// Triangles that cut a luminaire's opening, with the depth in m to which it reaches through each.
+/// Returns the triangles that cut a luminaire's opening, with the depth in m to which it extends through each.
 fn cuts_of(scene: &Scene, luminaire: &Luminaire) -> Vec<(u32, f64)> {
     let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { return Vec::new() };
     let rim_m = rim_m(opening, frame);
@@ -70,7 +70,7 @@ fn cuts_of(scene: &Scene, luminaire: &Luminaire) -> Vec<(u32, f64)> {
     (0..scene.triangles.len() as u32).filter_map(cut).collect()
 }
 
-/// Outermost points of an opening as offsets from its centre in m; `frame` holds the unit vectors of C0, C90 and γ = 0.
+/// Returns the outermost points of an opening as offsets from its centre in m. `frame` holds the unit vectors of C0, C90 and γ = 0.
 fn rim_m(opening: &Opening, frame: &[DVec3; 3]) -> Vec<DVec3> {
     let extents_m = opening.extents_m();
     let half = [0, 1, 2].map(|axis| 0.5 * extents_m[axis] * frame[axis]);
@@ -82,7 +82,7 @@ fn rim_m(opening: &Opening, frame: &[DVec3; 3]) -> Vec<DVec3> {
     }
 }
 
-/// How far the opening reaches through a triangle, in m; 0 where the triangle does not cut it.
+/// Returns how far the opening extends through a triangle, in m; 0 where the triangle does not cut it.
 ///
 /// A luminaire in the triangle's plane belongs to the side that it aims at.
 fn depth_behind_m([a, b, c]: [DVec3; 3], center_m: DVec3, aim: DVec3, rim_m: &[DVec3], reach_m: f64) -> f64 {
@@ -99,7 +99,7 @@ fn depth_behind_m([a, b, c]: [DVec3; 3], center_m: DVec3, aim: DVec3, rim_m: &[D
         if depth_m <= deepest_m {
             continue;
         }
-        // Where the way from the centre to the rim goes through the plane.
+        // The point where the line from the centre to the rim crosses the plane.
         let share = (side * above_m).max(0.0) / (side * above_m + depth_m);
         let hit_m = center_m + share * *offset_m;
         let is_left = |from: DVec3, to: DVec3| (to - from).cross(hit_m - from).dot(twice_area) >= 0.0;
@@ -116,7 +116,7 @@ mod tests {
 
     use crate::check::scene_from_json;
 
-    /// Warnings of openings behind surfaces, in a room 4 m × 4 m × 3 m with a troffer of 0.6 m × 0.6 m.
+    /// Returns the warnings of openings behind surfaces, in a room 4 m × 4 m × 3 m with a troffer of 0.6 m × 0.6 m.
     fn warnings(luminaire: &str) -> Vec<String> {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn openings_that_a_surface_cuts_are_told_with_the_surface_and_the_depth() {
-        // Turned by 30° about y in the plane of the ceiling: half of it stands up to 0.3 m · sin 30° behind.
+        // Turned by 30° about y in the plane of the ceiling, half of it extends up to 0.3 m · sin 30° behind the ceiling.
         let told = warnings(r#""position": [2,2,3], "aim": [0.5,0,-0.8660254037844386]"#);
         assert_eq!(told.len(), 1);
         assert!(told[0].contains("troffer: ") && told[0].contains("\"room/ceiling\", up to 150 mm"), "{told:?}");

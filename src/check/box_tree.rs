@@ -1,12 +1,12 @@
-//! Boxes in a tree: which of them a point, a way or another box meets. Every look is paid for, so that a search over whatever
-//! mesh ends.
+//! Boxes in a tree: which of them contain or meet a point, a line segment or another box. Every test costs a step of a budget, so that a
+//! search ends for any mesh.
 
 use glam::DVec3;
 
-/// Boxes that are looked at one by one.
+/// Largest number of boxes that are tested one by one.
 const LEAF: usize = 8;
 
-/// Steps that a search may still take. A search that runs out of them stops, and whoever asked says so.
+/// Steps that a search may still take. A search without steps left stops, and its caller reports that.
 #[derive(Clone, Debug)]
 pub(super) struct Budget {
     given: u64,
@@ -15,24 +15,24 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// So many steps: looks at a box, a triangle or a pair of them.
+    /// Makes a budget of steps: tests of a box, a triangle or a pair of them.
     pub fn of_steps(steps: u64) -> Budget {
         Budget { given: steps, left: steps, is_spent: false }
     }
 
-    /// Takes steps; whether there were as many.
+    /// Takes steps, and returns whether there were enough.
     pub fn take(&mut self, steps: u64) -> bool {
         self.is_spent |= self.left < steps;
         self.left = self.left.saturating_sub(steps);
         !self.is_spent
     }
 
-    /// Whether more was asked for than there was: what was searched may not have been found.
+    /// Whether more steps were required than available. Then the search may be incomplete.
     pub fn is_spent(&self) -> bool {
         self.is_spent
     }
 
-    /// Steps taken.
+    /// Returns the number of steps taken.
     pub fn taken(&self) -> u64 {
         self.given - self.left
     }
@@ -41,7 +41,7 @@ impl Budget {
 /// Lowest and highest corner.
 pub(super) type Box3 = [DVec3; 2];
 
-/// Boxes, halved at the middle of their number, so that even boxes that all lie in one place make a balanced tree.
+/// Boxes, split in the middle of their number, so that even boxes that all lie in one place make a balanced tree.
 #[derive(Clone, Debug)]
 pub(super) struct BoxTree {
     nodes: Vec<BoxNode>,
@@ -54,12 +54,12 @@ struct BoxNode {
     bounds: Box3,
     first: usize,
     count: usize,
-    /// The second child of an inner node, whose first child follows the node itself; 0 of a leaf.
+    /// The second child of an inner node; the first child follows the node itself. 0 for a leaf.
     second: usize,
 }
 
 impl BoxTree {
-    /// A tree over boxes, which are numbered from 0.
+    /// Builds a tree over boxes, which are numbered from 0.
     pub fn of(boxes: impl IntoIterator<Item = Box3>) -> BoxTree {
         let items: Vec<(Box3, u32)> = boxes.into_iter().zip(0u32..).collect();
         let mut tree = BoxTree { nodes: Vec::with_capacity(items.len() / 2), items };
@@ -69,7 +69,7 @@ impl BoxTree {
         tree
     }
 
-    /// A tree over points.
+    /// Builds a tree over points.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> BoxTree {
         BoxTree::of(points.into_iter().map(|point| [point, point]))
     }
@@ -100,7 +100,7 @@ impl BoxTree {
         &self.items[node.first..node.first + node.count]
     }
 
-    /// Shows the numbers of the boxes that a point lies in, or as near to as `tolerance`.
+    /// Shows the numbers of the boxes that contain a point or are within `tolerance` of it.
     pub fn around(&self, point: DVec3, tolerance: f64, budget: &mut Budget, show: impl FnMut(u32)) {
         let is_in = |[low, high]: &Box3| point.cmpge(*low - tolerance).all() && point.cmple(*high + tolerance).all();
         self.search(is_in, budget, show);
@@ -111,8 +111,7 @@ impl BoxTree {
         self.search(|[low, high]| from.cmple(*high).all() && to.cmpge(*low).all(), budget, show);
     }
 
-    /// Shows the numbers of the boxes that the straight way between two points comes as near to as `tolerance` (or a little
-    /// farther, at corners).
+    /// Shows the numbers of the boxes within `tolerance` of the straight line between two points (or a little farther, at corners).
     pub fn along(&self, ends: [DVec3; 2], tolerance: f64, budget: &mut Budget, show: impl FnMut(u32)) {
         let [from, to] = ends;
         let way = to - from;
@@ -156,8 +155,7 @@ impl BoxTree {
         }
     }
 
-    /// Shows every pair of boxes that have more than `tolerance` in common along each axis once, as long as `show` and the
-    /// budget want more.
+    /// Shows once every pair of boxes that overlap by more than `tolerance` along each axis, as long as the budget lasts.
     pub fn pairs(&self, tolerance: f64, budget: &mut Budget, mut show: impl FnMut(u32, u32, &mut Budget)) {
         let overlap = |one: &Box3, other: &Box3| {
             (one[1].min(other[1]) - one[0].max(other[0])).cmpgt(DVec3::splat(tolerance)).all()
@@ -203,7 +201,7 @@ impl BoxTree {
 mod tests {
     use super::*;
 
-    /// Boxes of all sizes about a few places; a plain sum of sines is as good as chance here.
+    /// Boxes of all sizes near a few places. A plain sine is random enough here.
     fn boxes(count: u32) -> Vec<Box3> {
         let wave = |number: u32, speed: f64| (speed * f64::from(number)).sin();
         let boxed = |number: u32| {
@@ -237,7 +235,7 @@ mod tests {
             let expected: Vec<u32> = (0..300u32).filter(|number| near(&boxes[*number as usize])).collect();
             assert!(expected.iter().all(|number| found.contains(number)), "{point}");
 
-            // Steps of a thousandth along the way find no box that the search has not.
+            // Points at steps of a thousandth along the line find no box that the search missed.
             let ends = [point, DVec3::new(-point.y, -point.z, -point.x)];
             let mut met = Vec::new();
             tree.along(ends, 0.0, &mut budget, |number| met.push(number));

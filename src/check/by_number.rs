@@ -1,11 +1,11 @@
-//! Sorting by a whole number first, as meshes number their vertices: by counting, which takes as long as there are items.
+//! Sorting by an integer first, for example vertex numbers of meshes. It counts, so the time is proportional to the number of items.
 
 use rayon::prelude::*;
 
-/// Where numbers span more than so many times the items, comparing takes less than counting.
+/// If the numbers span more than this many times the number of items, sorting by comparison is faster than counting.
 const WIDEST_SPAN: usize = 4;
 
-/// The items in order. Their order begins with `number_of`; `items` is asked for them three times.
+/// Returns the items in order. Their order must begin with `number_of`; `items` is called three times.
 pub(super) fn sorted_by_number<T, I>(items: impl Fn() -> I, number_of: impl Fn(&T) -> u32) -> Vec<T>
 where
     T: Copy + Ord + Send,
@@ -24,7 +24,7 @@ where
         return sorted;
     }
 
-    // Where the next item of each number goes: at first behind all items of lower numbers, at last behind its own.
+    // Position of the next item of each number: at first after all items of lower numbers, in the end after its own items.
     let mut next = vec![0; span];
     items().for_each(|item| next[(number_of(&item) - lowest) as usize] += 1);
     let mut before = 0;
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn items_are_in_the_order_of_a_plain_sort() {
-        // Numbers near each other, far apart and all the same; the rest of an item in no order.
+        // Numbers near each other, far apart and all the same; the rest of each item in no order.
         for (factor, modulus) in [(7919, 500), (1 << 20, u64::from(u32::MAX)), (0, 1)] {
             let items: Vec<(u32, u64, bool)> = (0..1000u64)
                 .map(|index| ((3 + index * factor % modulus) as u32, index * 104_729 % 997, index % 3 == 0))

@@ -1,4 +1,4 @@
-//! Triangles that lie in one plane and cover each other in part: which of them a ray meets there is chance.
+//! Triangles that lie in one plane and partly cover each other: which of them a ray meets there is random.
 
 use std::collections::BinaryHeap;
 
@@ -9,23 +9,23 @@ use super::box_tree::{BoxTree, Budget};
 use super::shells::size_m;
 use crate::scene::Scene;
 
-/// Planes nearer to each other than this fraction of the scene's size are one.
+/// Planes nearer to each other than this fraction of the scene's size count as one.
 const SAME_PLANE: f64 = 1e-6;
-/// Steps of a unit normal's coordinates that are told apart.
+/// Number of distinguished steps per unit of a unit normal's coordinates.
 const NORMAL_STEPS: f64 = 1e4;
-/// An overlap of less than this share of the smaller triangle is rounding.
+/// An overlap below this share of the smaller triangle is rounding.
 const LEAST_SHARE: f64 = 1e-4;
-/// Looks that a pair of triangles whose boxes overlap costs, and one that no edge parts besides.
+/// Steps for a pair of triangles with overlapping boxes, and additional steps if no edge separates them.
 const STEPS_A_PAIR: u64 = 8;
 const STEPS_A_CUT: u64 = 64;
-/// Places by which planes are told apart, for each triangle: one in eight that has a plane of its own shares its place by chance.
+/// Hash places for planes, per triangle. One in eight triangles without coplanar others shares its place by chance.
 const PLACES_A_TRIANGLE: u64 = 8;
-/// An odd number without a pattern in its bits (2⁶⁴ over the golden ratio), which spreads numbers.
+/// An odd number without a pattern in its bits (2⁶⁴ over the golden ratio), for hashing.
 const MIXER: u64 = 0x9E37_79B9_7F4A_7C15;
-/// Pairs that are kept with their places; the others are counted.
+/// Pairs that are kept with their positions; the others are only counted.
 const MOST_KEPT: usize = 256;
 
-/// A triangle in the frame of its plane.
+/// A triangle in the coordinates of its plane.
 struct Flat {
     triangle: u32,
     corners_m: [DVec2; 3],
@@ -36,18 +36,18 @@ struct Flat {
 /// Pairs of triangles that overlap in one plane.
 #[derive(Debug, Default)]
 pub(super) struct CoplanarOverlaps {
-    /// How many were found.
+    /// Number of pairs found.
     pub count: usize,
-    /// Those of the lowest numbers, in order, each with a place in m that lies in both.
+    /// The pairs with the lowest numbers, in order, each with a point in m that lies in both triangles.
     pub first: Vec<([u32; 2], DVec3)>,
-    /// Whether all pairs were looked at.
+    /// Whether all pairs were tested.
     pub all_looked_at: bool,
 }
 
-/// Pairs of triangles that overlap in one plane and face the same way (or both either way).
+/// Returns the pairs of triangles that overlap in one plane and face the same way (or are both met from both sides).
 ///
-/// Triangles with the same three corners are left to others, and stand for one another here. Planes of few triangles come
-/// first, so that one of very many keeps no other from being looked at.
+/// Triangles with the same three corners are reported elsewhere, and one of them represents all here. Planes with few triangles come first,
+/// so that a plane with very many does not use up the budget of the others.
 pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut Budget) -> CoplanarOverlaps {
     let step_m = SAME_PLANE * size_m(scene);
     let mut planes: Vec<([i64; 4], u32)> = triangles_of_shared_planes(scene, step_m)
@@ -97,8 +97,8 @@ pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut B
     found
 }
 
-/// All triangles that lie in one plane with others, and few more: planes are told apart by a number of theirs alone, which sorts out most of a
-/// mesh that is nowhere flat.
+/// Returns all triangles that are coplanar with others, and a few more. Planes are distinguished only by a hash, which removes most
+/// triangles of a mesh that is nowhere flat.
 fn triangles_of_shared_planes(scene: &Scene, step_m: f64) -> Vec<u32> {
     let count = scene.triangles.len() as u32;
     let places = (PLACES_A_TRIANGLE * u64::from(count)).next_power_of_two();
@@ -118,7 +118,7 @@ fn triangles_of_shared_planes(scene: &Scene, step_m: f64) -> Vec<u32> {
         .collect()
 }
 
-/// Of triangles with the same corners that face the same way and are met alike, the first.
+/// Returns one triangle of each set with the same corners that face the same way and are equally one-sided or two-sided: the first.
 fn one_of_each(scene: &Scene, vertex_of: &[u32], triangles: impl Iterator<Item = u32>) -> Vec<u32> {
     let alike = |triangle: u32| {
         let faces = scene.triangle_normal(triangle).to_array().map(|part| part > 0.0);
@@ -132,7 +132,7 @@ fn one_of_each(scene: &Scene, vertex_of: &[u32], triangles: impl Iterator<Item =
     kept
 }
 
-/// Numbers that triangles of one plane share, whichever side they face.
+/// Returns numbers that are equal for triangles of one plane, on whichever side they face.
 fn plane_of(scene: &Scene, triangle: u32, step_m: f64) -> [i64; 4] {
     let [a, b, c] = scene.corners_m(triangle);
     let mut normal = scene.triangle_normal(triangle);
@@ -145,7 +145,7 @@ fn plane_of(scene: &Scene, triangle: u32, step_m: f64) -> [i64; 4] {
     [x, y, z, rounded(offset_m / step_m)]
 }
 
-/// The two axes that a plane is seen along best.
+/// Returns the two axes along which a plane has the largest projection.
 fn axes(normal: DVec3) -> [usize; 2] {
     let dropped = normal.abs().max_position();
     [(dropped + 1) % 3, (dropped + 2) % 3]
@@ -177,12 +177,12 @@ fn sorted_corners(scene: &Scene, vertex_of: &[u32], triangle: u32) -> [u32; 3] {
     corners
 }
 
-/// Twice the area of a polygon, above 0 where it turns to the left.
+/// Returns twice the area of a polygon, positive if it runs counter-clockwise.
 fn twice_area(polygon: &[DVec2]) -> f64 {
     (0..polygon.len()).map(|i| polygon[i].perp_dot(polygon[(i + 1) % polygon.len()])).sum()
 }
 
-/// Whether an edge of the one parts it from the other.
+/// Whether an edge of the first triangle separates it from the second.
 fn are_apart(one: &Flat, other: &Flat) -> bool {
     let parts = |edge: usize| {
         let (from, to) = (one.corners_m[edge], one.corners_m[(edge + 1) % 3]);
@@ -191,9 +191,9 @@ fn are_apart(one: &Flat, other: &Flat) -> bool {
     (0..3).any(parts)
 }
 
-/// The middle of what two triangles have in common, if that is more than rounding.
+/// Returns the middle of the common part of two triangles, if that part is more than rounding.
 fn common_place(one: &Flat, other: &Flat) -> Option<DVec2> {
-    // Coordinates about a corner keep their digits far from the origin.
+    // Coordinates relative to a corner keep their digits far from the origin.
     let origin = one.corners_m[0];
     let clip = one.corners_m.map(|corner| corner - origin);
     let mut polygon: Vec<DVec2> = other.corners_m.iter().map(|corner| *corner - origin).collect();
@@ -220,7 +220,7 @@ fn common_place(one: &Flat, other: &Flat) -> Option<DVec2> {
     (twice_area(&polygon) > least).then(|| origin + polygon.iter().sum::<DVec2>() / polygon.len() as f64)
 }
 
-/// A place in a triangle's plane in m, from its two coordinates.
+/// Returns the point in m of a triangle's plane that has these two coordinates.
 fn lifted(scene: &Scene, triangle: u32, normal: DVec3, place: DVec2) -> DVec3 {
     let [u, v] = axes(normal);
     let dropped = 3 - u - v;

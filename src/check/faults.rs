@@ -1,88 +1,87 @@
-//! What can be wrong with a mesh: how often, and where.
+//! Faults of a mesh: their numbers and positions.
 
 use glam::DVec3;
 use serde::Serialize;
 
-/// Places that are listed of each fault.
+/// Number of positions that are listed for each fault.
 const MOST_PLACES: usize = 8;
 
-/// What a scene's triangles do that closed rooms and solids don't.
+/// Faults of a scene's triangles that closed rooms and solids do not have.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MeshFaults {
-    /// Rims of pieces of surface that are not flat, longest first: a room that should be closed has none. Rims that
-    /// meet along T-junctions are closed. Of very many only the longest are here.
+    /// Rims of pieces of surface that are not flat, longest first. A room that should be closed has none. Rims that meet along T-junctions
+    /// are closed. If there are very many, only the longest are listed.
     pub holes: Vec<Hole>,
-    /// How many holes there are.
+    /// Number of holes.
     pub hole_count: usize,
-    /// How many of them are small, which was hardly meant.
+    /// Number of small holes, which are probably unintended.
     pub small_hole_count: usize,
     /// Area of all holes in m².
     #[serde(skip)]
     pub(super) hole_area_m2: f64,
-    /// The longest of the small ones.
+    /// The longest small hole.
     #[serde(skip)]
     pub(super) longest_small_hole: Option<Hole>,
-    /// Vertices that lie in the middle of another triangle's edge. Light may not pass there, yet the triangles share no
-    /// edge.
+    /// Vertices that lie in the middle of another triangle's edge. Light may not pass there, but the triangles share no edge.
     pub t_junctions: Faults,
-    /// Triangles with the very corners of an earlier one, facing the same way: both are hit by half of the rays, at random.
+    /// Triangles with exactly the corners of an earlier one that face the same way. Each is hit by half of the rays, at random.
     pub duplicate_triangles: Faults,
-    /// Pairs of triangles that cover each other in part in one plane and face the same way: which is hit there is chance.
+    /// Pairs of triangles that partly cover each other in one plane and face the same way. Which one is hit there is random.
     pub overlapping_triangles: Faults,
-    /// Edges that two neighbours pass the same way: one of them has its normal turned over.
+    /// Edges that two neighbours run along in the same direction: one of the two has a reversed normal.
     pub turned_edges: Faults,
-    /// Edges of three, five, … triangles.
+    /// Edges that belong to three, five, … triangles.
     pub odd_edges: Faults,
-    /// Whether T-junctions were looked for; in very large open meshes they are not.
+    /// Whether T-junctions were searched. In very large open meshes they are not.
     pub t_junctions_looked_for: bool,
-    /// Whether all pairs of triangles in one plane were looked at.
+    /// Whether all pairs of coplanar triangles were tested.
     pub overlaps_looked_for: bool,
-    /// Looks at boxes and triangles that both searches took.
+    /// Number of tests of boxes and triangles in both searches.
     #[serde(skip)]
     pub(super) steps: u64,
 }
 
-/// How often a fault was found, and where.
+/// The number of occurrences of a fault, and their positions.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Faults {
-    /// How often.
+    /// Number of occurrences.
     pub count: usize,
-    /// The first few places in m (middles of edges and triangles).
+    /// The first few positions in m (middles of edges and triangles).
     pub places_m: Vec<[f64; 3]>,
-    /// Surfaces concerned.
+    /// Names of the surfaces concerned.
     pub surfaces: Vec<String>,
 }
 
-/// Faults of a kind in words.
+/// One kind of fault with its wording.
 pub struct KindOfFault<'f> {
-    /// How many, and where.
+    /// Number and positions.
     pub faults: &'f Faults,
-    /// Whether all of them were looked for.
+    /// Whether the search for this kind was complete.
     pub all_looked_for: bool,
-    /// What is said of one.
+    /// Words for one fault.
     pub one: &'static str,
-    /// What is said of many.
+    /// Words for many faults.
     pub many: &'static str,
-    /// What to do, behind a semicolon; empty where nothing is to be said.
+    /// What to do, after a semicolon; empty if there is nothing to say.
     pub remedy: &'static str,
 }
 
 impl KindOfFault<'_> {
-    /// How many there are and what they are.
+    /// Returns the number of faults and what they are, as text.
     pub fn words(&self) -> String {
         let what = if self.faults.count == 1 { self.one } else { self.many };
         format!("{}{} {what}", if self.all_looked_for { "" } else { "at least " }, self.faults.count)
     }
 }
 
-/// A closed or open line of edges that only one triangle has.
+/// A closed or open line of edges that belong to only one triangle.
 #[derive(Clone, Debug, Serialize)]
 pub struct Hole {
     /// Length of the line in m.
     pub length_m: f64,
-    /// Area of the surface that would close it, as a plane sees it, in m².
+    /// Area of the surface that would close it, as if flat, in m².
     pub area_m2: f64,
-    /// Edges in it.
+    /// Number of its edges.
     pub edges: usize,
     /// Lowest coordinates in m.
     pub min_m: [f64; 3],
@@ -90,12 +89,12 @@ pub struct Hole {
     pub max_m: [f64; 3],
     /// Its first corners in m, in order.
     pub corners_m: Vec<[f64; 3]>,
-    /// Surfaces along it.
+    /// Names of the surfaces along it.
     pub surfaces: Vec<String>,
 }
 
 impl MeshFaults {
-    /// All kinds of faults that are counted.
+    /// Returns all kinds of faults that are counted.
     pub fn kinds(&self) -> [KindOfFault<'_>; 5] {
         let kind = |faults, one, many, remedy| KindOfFault { faults, all_looked_for: true, one, many, remedy };
         [
@@ -135,7 +134,7 @@ impl MeshFaults {
         ]
     }
 
-    /// Whether there is none.
+    /// Whether there is no fault.
     pub fn is_empty(&self) -> bool {
         let faults = [
             &self.t_junctions,
@@ -164,7 +163,7 @@ impl Faults {
     }
 }
 
-/// An edge of the rim: its ends and the triangle that it belongs to.
+/// An edge of a rim: its ends and its triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RimEdge {
     pub ends: [u32; 2],

@@ -1,7 +1,7 @@
-//! Luminous boxes that are let into a surface: they shine with the part that stands in front of it.
+//! Luminous boxes that are recessed into a surface: they shine only with the part in front of it.
 //!
-//! Photometric files tell the luminous volume, and people put its middle at the ceiling's height. What lies behind the ceiling
-//! shows nobody its light; the distribution is measured with the luminaire mounted, so that the part in front sends all of it.
+//! Photometric files give the luminous volume, and users put its middle at the height of the ceiling. The part behind the ceiling is
+//! visible to nobody. The distribution is measured with the luminaire mounted, so the part in front emits all of it.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,23 +12,23 @@ use crate::scene::listed;
 use crate::scene::photometry::Opening;
 use crate::scene::{Emission, Luminaire, Scene};
 
-/// A part of a box that is less than this behind a surface, or in front of it, in m is a matter of rounding and fitting.
+/// A part of a box that lies less than this behind or in front of a surface, in m, comes from rounding and fitting.
 const SLIGHT_M: f64 = 1e-3;
-/// The same where nothing is told of it: rounding alone.
+/// The limit below which a part behind a surface is rounding alone and is not reported, in m.
 const ROUNDING_M: f64 = 1e-9;
-/// Cosine of the angle between an axis of a box and a surface's normal from which on they are parallel.
+/// An axis of a box is parallel to a surface's normal if the cosine between them is above this.
 const PARALLEL: f64 = 1.0 - 1e-6;
 
-/// A box as it is let into a surface.
+/// A box after it was fitted into a surface.
 struct Fitted {
     position_m: DVec3,
     opening: Opening,
-    /// How far the box reached behind, in m, and the triangle.
+    /// How far the box extended behind the surface, in m, and the triangle.
     behind_m: f64,
     triangle: u32,
 }
 
-/// Cuts luminous boxes off where they reach behind a surface that lies along one of their sides, and says so.
+/// Cuts luminous boxes off where they extend behind a surface that is parallel to one of their sides, and reports that.
 pub(super) fn fit_openings(scene: &mut Scene) {
     let boxes = scene.luminaires.iter().filter(|luminaire| has_box(luminaire)).count();
     if boxes.saturating_mul(scene.triangles.len()) > MOST_LOOKS {
@@ -71,7 +71,7 @@ fn has_box(luminaire: &Luminaire) -> bool {
     matches!(&luminaire.emission, Emission::Photometric { opening: Opening::Box { .. }, .. })
 }
 
-/// A luminaire's box, fitted to the surfaces that it reaches behind; `None` where there is nothing to fit.
+/// Returns a luminaire's box, fitted to the surfaces that it extends behind; `None` where there is nothing to fit.
 fn fitted(scene: &Scene, luminaire: &Luminaire) -> Option<Fitted> {
     let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { return None };
     let Opening::Box { .. } = opening else { return None };
@@ -92,7 +92,7 @@ fn fitted(scene: &Scene, luminaire: &Luminaire) -> Option<Fitted> {
         if !(is_left(a, b) && is_left(b, c) && is_left(c, a)) {
             continue;
         }
-        // Backs of one-sided surfaces are lit by nobody; of others the side counts on which the middle lies, or to which it aims.
+        // No light reaches the backs of one-sided surfaces. For a two-sided surface the box's middle decides the side, or else its aim.
         let side = match scene.surface_of(triangle).two_sided {
             false => 1.0,
             true if above_m.abs() <= ON_SURFACE_M => normal.dot(frame[2]).signum(),

@@ -10,33 +10,33 @@ use crate::base::quadrature::GaussLegendre;
 use crate::geometry::Tracer;
 use crate::scene::{Scene, Side};
 
-/// Rows of directions at least, and for each degree.
+/// Least number of rows of directions, and number of rows per degree.
 const LEAST_ROWS: usize = 96;
 const ROWS_A_DEGREE: usize = 6;
 
-/// A body of spherical harmonics beside the mesh that it was fitted to.
+/// A body of spherical harmonics, compared with the mesh that it was fitted to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicFit {
-    /// Its radius in m by direction.
+    /// Its radius in m as a function of direction.
     pub series: HarmonicSeries,
-    /// From where the radius is counted, in m: the mesh's centre of volume.
+    /// Origin of the radius in m: the mesh's centre of volume.
     pub center_m: DVec3,
     /// Mean radius over all directions in m.
     pub mean_radius_m: f64,
-    /// Root of the mean square of what the radii differ by, over all directions, in m.
+    /// Root mean square of the differences between the radii, over all directions, in m.
     pub rms_error_m: f64,
-    /// Largest difference in m.
+    /// Largest difference between the radii in m.
     pub largest_error_m: f64,
-    /// Root of the mean square of the angle between the normals, in degrees.
+    /// Root mean square of the angle between the normals, in degrees.
     pub rms_normal_error_deg: f64,
-    /// Directions looked in.
+    /// Number of directions that were compared.
     pub directions: usize,
 }
 
 /// Why no body can be fitted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NoFit {
-    /// From the centre a direction meets the mesh not once.
+    /// A ray from the centre does not meet the mesh exactly once.
     #[error(
         "the mesh is not star-shaped: from {center_m:.4} m in the direction {direction:.3} it is met {crossings} times"
     )]
@@ -50,13 +50,13 @@ pub enum NoFit {
     },
 }
 
-/// Fits the radius over all directions in the least squares: by orthogonality the coefficients are c_lm = ∫ r Y_lm dω.
+/// Fits the radius over all directions by least squares. By orthogonality the coefficients are c_lm = ∫ r Y_lm dω.
 ///
-/// Accuracy: the integral is a Gauss–Legendre rule in cos θ by equal steps in φ, fine beside the degree; kinks of the mesh between
-/// its directions are not seen.
+/// Accuracy: the integral uses a Gauss–Legendre rule in cos θ and equal steps in φ, fine compared with the degree. Kinks of the mesh
+/// between the directions are not seen.
 ///
 /// # Errors
-/// A mesh that some direction from its centre of volume does not meet exactly once.
+/// If some direction from the mesh's centre of volume does not meet the mesh exactly once.
 pub fn fit_harmonics(scene: &Scene, degree: usize) -> Result<HarmonicFit, NoFit> {
     let tracer = Tracer::new(scene);
     let center_m = center_of_volume_m(scene);
@@ -70,7 +70,7 @@ pub fn fit_harmonics(scene: &Scene, degree: usize) -> Result<HarmonicFit, NoFit>
         for column in 0..columns {
             let towards = direction(z, 2.0 * PI * (column as f64 + 0.5) / columns as f64);
             let mut crossed = tracer.crossings(&origin, towards);
-            // A ray through an edge meets both its triangles.
+            // A ray through an edge meets both of its triangles.
             crossed.dedup_by(|one, other| (one.distance_m - other.distance_m).abs() < 1e-5 * one.distance_m);
             let [only] = crossed[..] else {
                 return Err(NoFit::NotStarShaped { center_m, direction: towards, crossings: crossed.len() });
@@ -104,7 +104,7 @@ pub fn fit_harmonics(scene: &Scene, degree: usize) -> Result<HarmonicFit, NoFit>
     })
 }
 
-/// Centre of the volume that a closed mesh surrounds, in m.
+/// Returns the centre of the volume that a closed mesh encloses, in m.
 fn center_of_volume_m(scene: &Scene) -> DVec3 {
     let middle_m = scene.vertices_m.iter().sum::<DVec3>() / scene.vertices_m.len().max(1) as f64;
     let (mut volume_m3, mut moment) = (0.0, DVec3::ZERO);

@@ -1,5 +1,4 @@
-//! What lies inside of what: points in solids, luminaires in rooms. Shells are looked up by their boxes, and every search counts
-//! its steps.
+//! Containment: points in solids, luminaires in rooms. Shells are found by their boxes, and every search counts its steps.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,20 +7,20 @@ use super::box_tree::{Box3, BoxTree, Budget};
 use super::shells::{Shell, reflects_on_both_sides, shells_of_scene, size_m};
 use crate::scene::{Emission, Scene};
 
-/// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
-/// of coordinates, far below what a drawing means.
+/// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside. This is far above the rounding of
+/// coordinates and far below the details of a drawing.
 pub(super) const ON_SURFACE: f64 = 1e-9;
-/// How far in front of a surface its light is taken to begin, as a fraction of the scene's size.
+/// Distance in front of a surface at which its light is assumed to begin, as a fraction of the scene's size.
 const IN_FRONT: f64 = 1e-6;
-/// Steps of a search over all points, and what each point adds: a few seconds' work. A point in a room among furniture takes
-/// some ten, since what holds in a box that no surface cuts holds for all points in it.
+/// Steps of a search over all points, and additional steps per point: a few seconds' work. A point in a room among furniture takes about
+/// ten, because a result for a box that no surface cuts holds for all points in it.
 const STEPS: u64 = 100_000_000;
 const STEPS_A_POINT: u64 = 20;
-/// Parts of a list of points that are looked at side by side, and the most points of a part.
+/// Number of parts of a list of points that are processed in parallel, and the largest number of points in a part.
 const PARTS: usize = 64;
 const PART: usize = 8192;
 
-/// Closed shells by their boxes, the smallest volumes first.
+/// Closed shells with a tree of their boxes, the smallest volumes first.
 struct ByPlace<'s> {
     shells: Vec<&'s Shell>,
     boxes: BoxTree,
@@ -30,7 +29,7 @@ struct ByPlace<'s> {
 impl<'s> ByPlace<'s> {
     fn of(shells: impl Iterator<Item = &'s Shell>) -> ByPlace<'s> {
         let mut shells: Vec<&Shell> = shells.collect();
-        // Of two of one volume the one that faces inward.
+        // Of two shells with the same volume, the one that faces inward comes first.
         shells.sort_by(|one, other| {
             let volumes = one.volume_m3.abs().total_cmp(&other.volume_m3.abs());
             volumes.then(one.volume_m3.total_cmp(&other.volume_m3))
@@ -39,12 +38,12 @@ impl<'s> ByPlace<'s> {
         ByPlace { shells, boxes }
     }
 
-    /// The shells whose boxes a point lies in, smallest first.
+    /// Returns the shells whose boxes contain a point, smallest first.
     fn about(&self, point_m: DVec3, budget: &mut Budget) -> Vec<&'s Shell> {
         self.meeting([point_m; 2], budget)
     }
 
-    /// The shells whose boxes meet a box, smallest first.
+    /// Returns the shells whose boxes meet a box, smallest first.
     fn meeting(&self, box_m: Box3, budget: &mut Budget) -> Vec<&'s Shell> {
         let mut numbers: Vec<u32> = Vec::new();
         self.boxes.meeting(box_m, budget, |number| numbers.push(number));
@@ -53,23 +52,23 @@ impl<'s> ByPlace<'s> {
     }
 }
 
-/// The closed solids and rooms of a scene, asked for what lies inside of solids.
+/// The closed solids and rooms of a scene, prepared for the question which points lie inside of solids.
 pub(super) struct SolidsAsked<'s> {
     by_place: ByPlace<'s>,
     tolerance_m: f64,
 }
 
 impl<'s> SolidsAsked<'s> {
-    /// `shells` are closed ones.
+    /// `shells` must be closed.
     pub fn of(shells: &'s [Shell], scene_size_m: f64) -> SolidsAsked<'s> {
         SolidsAsked { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
     }
 
-    /// Which of some points lie inside of a closed solid, as far as it was looked: of a great many points on the surfaces of a
-    /// great many shells, that is the first ones. And the steps that this took.
+    /// Returns for each point whether it lies inside of a closed solid, and the number of steps that this took. If the budget ends, as with
+    /// very many points on the surfaces of very many shells, the result covers only the first points.
     ///
-    /// A point lies inside where the smallest closed shell around it faces outward. So a point in a room is not inside, even
-    /// where a larger solid stands around the room; one in a table is.
+    /// A point lies inside if the smallest closed shell around it faces outward. A point in a room is therefore not inside, even if a
+    /// larger solid stands around the room. A point in a table is.
     pub fn holding(&self, points_m: &[DVec3]) -> (Vec<bool>, u64) {
         let given = STEPS + STEPS_A_POINT * points_m.len() as u64;
         let mut left = given;
@@ -81,7 +80,7 @@ impl<'s> SolidsAsked<'s> {
             let looks: Vec<(Vec<bool>, Budget)> = parts.par_iter().map(|part| self.hold(part, share)).collect();
             left -= looks.iter().map(|(_, budget)| budget.taken()).sum::<u64>();
             for ((mut held, mut budget), part) in looks.into_iter().zip(parts) {
-                // What its share was too small for gets all that is left.
+                // A part whose share of the steps was too small gets all that are left.
                 if budget.is_spent() {
                     (held, budget) = self.hold(part, left);
                     left -= budget.taken();
@@ -95,7 +94,7 @@ impl<'s> SolidsAsked<'s> {
         (inside, given - left)
     }
 
-    /// The same for one part, whose answers hold where the budget was not spent.
+    /// Tests one part of the points. The answers are valid only if the budget was not spent.
     fn hold(&self, points_m: &[DVec3], steps: u64) -> (Vec<bool>, Budget) {
         let mut budget = Budget::of_steps(steps);
         let mut places: Vec<(DVec3, usize)> = points_m.iter().copied().zip(0..).collect();
@@ -105,8 +104,8 @@ impl<'s> SolidsAsked<'s> {
         (inside, budget)
     }
 
-    /// Marks what lies inside among places with their numbers, by halves of them, as long as any of the shells may tell two of
-    /// them apart. `shells` are those that may lie around, smallest first; where none does, it is as `else_inside` says.
+    /// Marks which of some numbered points lie inside. It halves the set of points as long as a shell may separate two of them. `shells`
+    /// may lie around the points, smallest first. If none does, the answer is `else_inside`.
     fn hold_among(
         &self,
         shells: &[&Shell],
@@ -131,7 +130,7 @@ impl<'s> SolidsAsked<'s> {
                 true => shell.encloses(low_m, self.tolerance_m, budget),
                 false => shell.winding_within(low_m.midpoint(high_m), budget).abs() > 0.5,
             };
-            // What lies around all of them hides the larger ones.
+            // A shell around all of the points hides the larger ones.
             if is_around {
                 else_inside = shell.volume_m3 > 0.0;
                 break;
@@ -150,13 +149,13 @@ impl<'s> SolidsAsked<'s> {
     }
 }
 
-/// The box of some places.
+/// Returns the bounding box of some points.
 fn bounds_of(places: &[(DVec3, usize)]) -> Box3 {
     let low_m = places.iter().fold(DVec3::INFINITY, |low_m, (place_m, _)| low_m.min(*place_m));
     [low_m, places.iter().fold(DVec3::NEG_INFINITY, |high_m, (place_m, _)| high_m.max(*place_m))]
 }
 
-/// The closed shells of a scene that let no light out, looked for once for all its luminaires.
+/// The closed shells of a scene that let no light out, determined once for all its luminaires.
 pub(super) struct Enclosures<'s> {
     scene: &'s Scene,
     step_m: f64,
@@ -165,18 +164,18 @@ pub(super) struct Enclosures<'s> {
 }
 
 impl<'s> Enclosures<'s> {
-    /// Those among the shells of a scene.
+    /// Selects them among the shells of a scene.
     pub fn of(scene: &'s Scene, shells: &'s [Shell]) -> Enclosures<'s> {
         let tight = shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell));
         Enclosures { scene, step_m: IN_FRONT * size_m(scene), by_place: ByPlace::of(tight) }
     }
 
-    /// Whether no light of any luminaire can get out of the scene: a closed shell whose inside reflects lies around each.
-    /// Where that takes too many steps to tell, light is taken to get out.
+    /// Whether no light of any luminaire can leave the scene, because a closed shell that reflects on its inside lies around each. If this
+    /// takes too many steps, the answer is that light can leave.
     pub fn shut_in_all(&self) -> bool {
         let luminaires = &self.scene.luminaires;
         let mut budget = Budget::of_steps(STEPS + STEPS_A_POINT * luminaires.len() as u64);
-        // What holds at a place holds as far about it as no shell lies: rows of luminaires are told by a few places.
+        // The answer at a point holds for all points nearer than the nearest shell. Rows of luminaires therefore need only a few tests.
         let (mut told_at_m, mut clear_m) = (DVec3::ZERO, 0.0);
         let starts = luminaires.iter().flat_map(|luminaire| self.starts_m(&luminaire.emission));
         for start_m in starts {
@@ -201,25 +200,25 @@ impl<'s> Enclosures<'s> {
         is_shut && !budget.is_spent()
     }
 
-    /// The smallest closed shell around a point that lets no light out: its rank by volume, and itself.
+    /// Returns the smallest closed shell around a point that lets no light out.
     pub fn smallest_around(&self, point_m: DVec3, budget: &mut Budget) -> Option<&'s Shell> {
         let about = self.by_place.about(point_m, budget);
         about.into_iter().find(|shell| shell.winding_within(point_m, budget).abs() > 0.5)
     }
 
-    /// How far in front of a surface a place is taken to lie, in m.
+    /// Returns how far in front of a surface a point is placed, in m.
     pub fn step_m(&self) -> f64 {
         self.step_m
     }
 
-    /// Where a luminaire's light begins, a step in front of what emits it.
+    /// Returns the points where a luminaire's light begins, one step in front of the emitting parts.
     pub fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
         let (scene, step_m) = (self.scene, self.step_m);
         if let Some(place_m) = emission.place_m() {
             return vec![emission.aim().map_or(place_m, |aim| place_m + step_m * aim)];
         }
         if let Some(openings) = emission.openings() {
-            // Far off, in no room.
+            // Far away, in no room.
             return vec![openings.outside_m()];
         }
         let Emission::Area { surfaces, front, back, .. } = emission else { return Vec::new() };
@@ -236,13 +235,13 @@ impl<'s> Enclosures<'s> {
     }
 }
 
-/// Whether no light of any luminaire can get out of the scene.
+/// Whether no light of any luminaire can leave the scene.
 pub fn all_luminaires_are_shut_in(scene: &Scene) -> bool {
     let shells = shells_of_scene(scene);
     Enclosures::of(scene, &shells).shut_in_all()
 }
 
-/// Whether light passes any triangle of a shell.
+/// Whether light passes through any triangle of a shell.
 fn lets_light_through(scene: &Scene, shell: &Shell) -> bool {
     shell.triangles.iter().any(|triangle| {
         let material = scene.surface_of(*triangle).material;

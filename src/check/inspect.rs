@@ -1,4 +1,4 @@
-//! What was read: the plain facts of a scene, for people and for programs.
+//! The plain facts of a scene that was read, for people and for programs.
 
 use std::sync::Arc;
 
@@ -12,21 +12,21 @@ use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
 use crate::scene::{Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, Scene, SurfaceId};
 
-/// The plain facts of a scene; everything in SI and photometric units.
+/// The plain facts of a scene. All values are in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
     /// Title of the scene.
     pub title: String,
     /// Its file.
     pub path: Option<String>,
-    /// What the numbers are in.
+    /// Units of the numbers.
     pub units: InspectedUnits,
     /// Lowest coordinates of the geometry.
     pub bounds_min_m: [f64; 3],
     /// Highest coordinates of the geometry.
     pub bounds_max_m: [f64; 3],
-    /// Whether no light that the luminaires send out can leave the scene: around each of them lies a piece of surface
-    /// without a boundary that reflects on its inside.
+    /// Whether no light of the luminaires can leave the scene: around each of them lies a piece of surface without a boundary that reflects
+    /// on its inside.
     pub closed: bool,
     /// Connected pieces of surface.
     pub shells: Vec<InspectedShell>,
@@ -42,7 +42,7 @@ pub struct Inspection {
     pub receivers: Vec<InspectedReceivers>,
     /// Sums over the scene.
     pub totals: InspectedTotals,
-    /// What the reader thinks its user should know.
+    /// The reader's warnings for the user.
     pub warnings: Vec<String>,
 }
 
@@ -59,18 +59,18 @@ pub struct InspectedUnits {
     pub intensity: &'static str,
 }
 
-/// A connected piece of surface; vertices of different geometries that coincide exactly connect them.
+/// A connected piece of surface. Exactly coinciding vertices of different geometries connect them.
 #[derive(Clone, Debug, Serialize)]
 pub struct InspectedShell {
     /// Its surfaces.
     pub surfaces: Vec<String>,
     /// Number of triangles.
     pub triangles: usize,
-    /// Whether every edge is passed as often one way as the other (twice in all, where the mesh is simple).
+    /// Whether every edge is used equally often in both directions (twice in all, where the mesh is simple).
     pub closed: bool,
-    /// Which way the fronts of a closed piece look: `inward` or `outward`.
+    /// Direction in which the fronts of a closed piece face: `inward` or `outward`.
     pub facing: Option<&'static str>,
-    /// Volume inside of a closed piece in m³.
+    /// Volume enclosed by a closed piece in m³.
     pub volume_m3: Option<f64>,
 }
 
@@ -79,13 +79,13 @@ pub struct InspectedShell {
 pub struct InspectedSurface {
     /// Name.
     pub name: String,
-    /// Geometry that it is a part of.
+    /// Geometry that it belongs to.
     pub geometry: String,
     /// Material.
     pub material: String,
-    /// Total reflectance of the material, 0 to 1; of glass that at normal incidence.
+    /// Total reflectance of the material, 0 to 1; for glass at normal incidence.
     pub reflectance: f64,
-    /// Total transmittance of the material, 0 to 1; of glass that at normal incidence.
+    /// Total transmittance of the material, 0 to 1; for glass at normal incidence.
     pub transmittance: f64,
     /// Area of one side in m².
     pub area_m2: f64,
@@ -105,13 +105,13 @@ pub struct InspectedLuminaire {
     /// `isotropic`, `lambertian`, `photometric`, `area` or `sphere`.
     #[serde(rename = "type")]
     pub kind: &'static str,
-    /// Place in m: of an area luminaire the middle of its surfaces.
+    /// Position in m; for an area luminaire the middle of its surfaces.
     pub position_m: [f64; 3],
     /// Direction of γ = 0, where there is one.
     pub aim: Option<[f64; 3]>,
-    /// Direction of C0 with its rotation, of photometric luminaires.
+    /// Direction of C0 including its rotation, of photometric luminaires.
     pub c0: Option<[f64; 3]>,
-    /// What their file says that they are.
+    /// Product data from the photometric file.
     #[serde(serialize_with = "product_itself")]
     pub product: Option<Arc<Product>>,
     /// Luminous flux in lm.
@@ -120,11 +120,11 @@ pub struct InspectedLuminaire {
     pub dimming: f64,
     /// Maintenance factor, 0 to 1.
     pub maintenance_factor: f64,
-    /// Electric power in W, not dimmed, where the photometric file tells it.
+    /// Electric power in W, without dimming, if the photometric file gives it.
     pub power_w: Option<f64>,
-    /// Intensity on the axis in cd, of points.
+    /// Intensity on the axis in cd, of point luminaires.
     pub intensity_cd: Option<f64>,
-    /// Extents of the luminous opening along C0, C90 and the axis in m, where the photometric file gives it some.
+    /// Extents of the luminous opening along C0, C90 and the axis in m, if the photometric file gives an opening with an extent.
     pub opening_m: Option<[f64; 3]>,
     /// Exitance in lm/m², of surfaces and spheres.
     pub exitance_lm_m2: Option<f64>,
@@ -150,34 +150,34 @@ pub struct InspectedReceivers {
     pub columns: Option<u32>,
     /// Rows of a grid.
     pub rows: Option<u32>,
-    /// Distance of a grid's points along its columns in m (of a single point: the width that it stands for).
+    /// Distance of a grid's points along its columns in m (for a single point: the width that it represents).
     pub column_spacing_m: Option<f64>,
-    /// Distance of a grid's points along its rows in m (of a single point: the depth that it stands for).
+    /// Distance of a grid's points along its rows in m (for a single point: the depth that it represents).
     pub row_spacing_m: Option<f64>,
-    /// Area that a grid stands for in m².
+    /// Area that a grid represents in m².
     pub area_m2: Option<f64>,
 }
 
 /// Sums over a scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct InspectedTotals {
-    /// Surfaces.
+    /// Number of surfaces.
     pub surfaces: usize,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// Element sides: rows of the element map.
+    /// Number of element sides, the rows of the element map.
     pub element_sides: usize,
     /// Area of all surfaces, one side each, in m².
     pub area_m2: f64,
-    /// Luminaires.
+    /// Number of luminaires.
     pub luminaires: usize,
     /// Maintained luminous flux in lm.
     pub luminous_flux_lm: f64,
-    /// Receiver points.
+    /// Number of receiver points.
     pub receiver_points: usize,
 }
 
-/// What a scene holds, as the reader understood it.
+/// Returns the contents of a scene as the reader understood it.
 pub fn inspect(scene: &Scene) -> Inspection {
     let elements = Elements::of(scene);
     let [low_m, high_m] = bounds_m(scene);
@@ -228,7 +228,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     }
 }
 
-/// The surfaces alone: without looking for faults, and for what shuts in luminaires, which takes longer.
+/// Returns the surfaces alone. It skips the slower search for faults and the test whether luminaires are enclosed.
 pub fn inspect_surfaces(scene: &Scene) -> Vec<InspectedSurface> {
     surfaces_of(scene, &Elements::of(scene))
 }
@@ -286,7 +286,7 @@ fn product_itself<S: Serializer>(product: &Option<Arc<Product>>, serializer: S) 
     product.as_deref().serialize(serializer)
 }
 
-/// Middle of some surfaces, weighted by area.
+/// Returns the middle of some surfaces, weighted by area.
 fn middle_m(scene: &Scene, surfaces: &[SurfaceId]) -> [f64; 3] {
     let triangles = || surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
     let area_m2: f64 = triangles().map(|triangle| scene.triangle_area_m2(triangle)).sum();

@@ -1,4 +1,4 @@
-//! What was read of smooth bodies.
+//! The facts of smooth bodies that were read.
 
 use serde::Serialize;
 
@@ -17,13 +17,13 @@ pub struct InspectedBody {
     pub area_m2: f64,
     /// Volume in m³.
     pub volume_m3: f64,
-    /// Bounds of the radius in m: no direction has less or more.
+    /// Bounds of the radius in m, over all directions.
     pub radius_bounds_m: [f64; 2],
     /// Centre in m.
     pub center_m: [f64; 3],
 }
 
-/// All smooth bodies of a scene.
+/// Returns all smooth bodies of a scene.
 pub(super) fn bodies_of(scene: &Scene) -> Vec<InspectedBody> {
     let inspected = |body: &Body| InspectedBody {
         name: scene.surface_of(body.triangles.start).geometry.clone(),

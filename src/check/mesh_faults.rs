@@ -1,4 +1,4 @@
-//! Faults of meshes as programs write them: holes, T-junctions, doubled and turned triangles, each with its place.
+//! Faults of meshes as other programs write them: holes, T-junctions, doubled and reversed triangles, each with its position.
 
 use std::collections::HashMap;
 
@@ -12,20 +12,20 @@ use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted
 use super::t_junctions::closed_at_t_junctions;
 use crate::scene::{Scene, joined, place_words};
 
-/// A piece of surface is flat where no corner leaves its plane by more than this fraction of its size.
+/// A piece of surface is flat if no corner deviates from its plane by more than this fraction of its size.
 const FLAT: f64 = 1e-6;
-/// Corners of a hole that are listed.
+/// Largest number of listed corners of a hole.
 const MOST_CORNERS: usize = 32;
-/// Holes that are listed.
+/// Largest number of listed holes.
 const MOST_HOLES: usize = 1000;
-/// Looks at boxes and triangles that each search may take: some seconds' work for those who ask for it, a fraction of one
-/// when a scene is read.
+/// Largest number of tests of boxes and triangles in each search: a few seconds' work on request, a fraction of a second when a scene is
+/// read.
 const MOST_LOOKS: u64 = 100_000_000;
 const MOST_LOOKS_WHEN_READ: u64 = 20_000_000;
-/// Each triangle adds so many to them: sound meshes take some tens.
+/// Additional tests per triangle. Sound meshes take some tens.
 const LOOKS_A_TRIANGLE: u64 = 200;
 
-/// Looks at all triangles of a scene. `vertex_of` makes vertices at one place one; `shells` are those of the scene.
+/// Examines all triangles of a scene. `vertex_of` gives vertices at one position one number; `shells` are the scene's shells.
 pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) -> MeshFaults {
     faults_within(scene, shells, vertex_of, MOST_LOOKS)
 }
@@ -37,7 +37,7 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
 
-    // Turned so that the lowest number comes first, which keeps the way round: two rooms back to back share a wall.
+    // Rotated so that the lowest number comes first. This keeps the direction, because two rooms back to back share a wall.
     let turned = |triangle: u32| {
         let [a, b, c] = corners(triangle);
         if a < b && a < c {
@@ -107,14 +107,14 @@ pub(super) fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
     offsets().all(|offset_m| offset_m.dot(normal).abs() <= FLAT * reach_m)
 }
 
-/// Area in m² of what a rim goes around, each line of it as a plane sees it.
+/// Returns the area in m² that a rim encloses, each of its lines taken as flat.
 pub(super) fn rim_area_m2(scene: &Scene, rim: &[RimEdge]) -> f64 {
     let mut faults = MeshFaults::default();
     list_holes(scene, rim, |_| false, &mut faults);
     faults.hole_area_m2
 }
 
-/// Lines of edges, one after the other, each as its vertices and the places of its edges; a closed line ends where it begins.
+/// Splits a rim into connected lines. Each line has its vertices and the indices of its edges; a closed line ends where it begins.
 pub(super) fn lines_of(rim: &[RimEdge]) -> Vec<(Vec<u32>, Vec<usize>)> {
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
     for (index, edge) in rim.iter().enumerate() {
@@ -126,7 +126,7 @@ pub(super) fn lines_of(rim: &[RimEdge]) -> Vec<(Vec<u32>, Vec<usize>)> {
         if used[start] {
             continue;
         }
-        // Along the line from the first end of its first edge, as long as there is an edge left to go on.
+        // Follows the line from the first end of its first edge, as long as an edge continues it.
         let mut vertices = vec![rim[start].ends[0]];
         let mut line: Vec<usize> = Vec::new();
         let mut next = Some(start);
@@ -148,7 +148,7 @@ pub(super) fn lines_of(rim: &[RimEdge]) -> Vec<(Vec<u32>, Vec<usize>)> {
     lines
 }
 
-/// Holes by their lines; lines of flat pieces alone are none.
+/// Adds holes for the lines of a rim. Lines that belong only to flat pieces are not holes.
 fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, faults: &mut MeshFaults) {
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let mut found: Vec<Hole> = Vec::new();
@@ -185,7 +185,7 @@ fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, fau
     faults.holes = found;
 }
 
-/// Area of a ring of places, by the sum of the triangles that its edges make with its first place.
+/// Returns the area of a closed ring of points, from the sum of the triangles that its edges make with its first point.
 fn ring_area_m2(places: impl Iterator<Item = DVec3>) -> f64 {
     let places: Vec<DVec3> = places.collect();
     let Some(first) = places.first() else {
@@ -195,17 +195,17 @@ fn ring_area_m2(places: impl Iterator<Item = DVec3>) -> f64 {
     0.5 * spokes.sum::<DVec3>().length()
 }
 
-/// A hole of less than this part of the square of the scene's size was hardly meant.
+/// Holes below this share of the square of the scene's size are small and probably unintended.
 const SMALL_HOLE: f64 = 0.01;
 
-/// Looks at a scene that is read, not for long, and warns of what is wrong with its meshes.
+/// Searches a scene for mesh faults when it is read, within a short time, and warns of them.
 pub(super) fn warn_of_faults(scene: &mut Scene) {
     let vertex_of = one_vertex_a_place(scene);
     let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_LOOKS_WHEN_READ);
     scene.warnings.extend(warnings_of(&found));
 }
 
-/// Warnings for faults of meshes: each kind once, with its number and first place.
+/// Returns warnings for mesh faults: each kind once, with its number and first position.
 pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
     let mut warnings = Vec::new();
     if !found.t_junctions_looked_for {
@@ -238,7 +238,7 @@ pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
     warnings
 }
 
-/// How warnings about meshes begin.
+/// The beginning of warnings about meshes.
 pub const MESH: &str = "mesh: ";
 
 #[cfg(test)]
@@ -248,7 +248,7 @@ mod tests {
     use super::*;
     use crate::check::{inspect, scene_from_json};
 
-    /// Faults of a room of rectangles 4 m × 3 m × 2 m without its ceiling, with more geometry.
+    /// Returns the faults of a room of rectangles 4 m × 3 m × 2 m without its ceiling, with more geometry.
     fn faults(more: &str) -> MeshFaults {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -264,7 +264,7 @@ mod tests {
         inspect(&scene_from_json(&text, None, Path::new(".")).expect("valid")).mesh
     }
 
-    /// A rectangle in the ceiling's plane that faces down.
+    /// Returns a rectangle in the ceiling's plane that faces down.
     fn ceiling(name: &str, x: f64, width: f64) -> String {
         format!(
             r#", {{ "name": "{name}", "type": "rectangle", "origin": [{x},0,2], "u": [0,3,0], "v": [{width},0,0], "material": "m" }}"#
@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn triangles_that_cover_each_other_in_one_plane_are_counted_and_placed() {
-        // Two rectangles 1 m wide have a strip of 0.2 m in common: the halves of one meet those of the other.
+        // Two rectangles 1 m wide share a strip of 0.2 m: the halves of one overlap the halves of the other.
         let sheet = |name: &str, x: f64, v: &str, two_sided: bool| {
             format!(
                 r#", {{ "name": "{name}", "type": "rectangle", "origin": [{x},1,1], "u": [1,0.3,0.2], "v": {v}, "two_sided": {two_sided}, "material": "m" }}"#
@@ -317,7 +317,7 @@ mod tests {
         let all = ceiling("c", 0.0, 4.0);
         let [up, down] = ["[0,0.5,0.1]", "[0,-0.5,-0.1]"];
         let two = format!("{all}{}{}", sheet("p", 1.0, up, false), sheet("q", 1.8, up, false));
-        // The second starts 0.8 along u: its plane is the same only if it is moved along u itself.
+        // The second starts 0.8 along u. It is in the same plane only if it is moved along u itself.
         assert_eq!(faults(&two).overlapping_triangles.count, 0);
         let moved = sheet("q", 1.8, up, false).replace("[1.8,1,1]", "[1.8,1.24,1.16]");
         let found = faults(&format!("{all}{}{moved}", sheet("p", 1.0, up, false)));
@@ -328,7 +328,7 @@ mod tests {
         let off = 0.3 * (x - 1.0) + 5.0 * (z - 1.0 - 0.2 * (x - 1.0)) - (y - 1.0);
         assert!(off.abs() < 1e-9, "{off}: {x} {y} {z}");
 
-        // Sheets that face opposite ways hide each other's backs, unless both are met from both sides.
+        // Sheets that face opposite ways hide each other's backs, unless both are two-sided.
         let turned = sheet("q", 1.8, down, false).replace("[1.8,1,1]", "[1.8,1.74,1.26]");
         assert_eq!(faults(&format!("{all}{}{turned}", sheet("p", 1.0, up, false))).overlapping_triangles.count, 0);
         let turned = turned.replace("false", "true");

@@ -1,8 +1,8 @@
-//! What is wrong with a mesh or a scene, and what to advise: looks at the whole of a scene, along straight ways too.
+//! Checks of a mesh or a whole scene, and advice. The checks examine the whole scene, also along straight lines.
 //!
-//! [`read_scene`] is how everybody gets a [`crate::Scene`]: `scene` reads what is written, value by value, and this room refuses
-//! what cannot be computed, marks what lies inside of solids, finds the openings to the sky, and warns. All of it is told in f64 by
-//! looking at triangles within a budget of steps; nothing here knows light or results.
+//! Every part of the program gets a [`crate::Scene`] from [`read_scene`]. `scene` reads what is written, value by value. This room refuses
+//! what cannot be computed, marks points inside of solids, finds the openings to the sky, and warns. It works in f64 on triangles within a
+//! budget of steps. It does not depend on light transport or results.
 
 mod advice;
 mod advice_openings;

@@ -1,4 +1,4 @@
-//! Rooms with openings: pieces of surface that hang together, along T-junctions too, and what of them is open.
+//! Rooms with openings: pieces of surface that are connected, along T-junctions too, and the open parts of these rooms.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -13,16 +13,16 @@ use super::t_junctions::closed_at_t_junctions;
 use super::winding::WindingTree;
 use crate::scene::Scene;
 
-/// An open piece lies around a point where it takes more than this share of the point's sky.
+/// An open piece lies around a point if it covers more than this share of all directions at the point.
 const AROUND: f64 = 0.5;
 
-/// Open pieces of surface; those with an edge in common, or a part of one, are one.
+/// Open pieces of surface. Pieces that share an edge, or a part of one, form one room.
 pub(super) struct OpenRooms<'s> {
     scene: &'s Scene,
     vertex_of: &'s [u32],
     rooms: Vec<OpenRoom>,
     boxes: BoxTree,
-    /// Made where they are asked for: most open pieces are single sheets.
+    /// Built on demand, because most open pieces are single sheets.
     trees: HashMap<u32, WindingTree>,
 }
 
@@ -34,7 +34,7 @@ struct OpenRoom {
 }
 
 impl<'s> OpenRooms<'s> {
-    /// Those of the shells that have a boundary and let no light through. None where the budget does not reach.
+    /// Makes rooms from the shells that have a boundary and let no light through. There are none if the budget does not suffice.
     pub fn of(scene: &'s Scene, shells: &[Shell], vertex_of: &'s [u32], budget: &mut Budget) -> OpenRooms<'s> {
         let lets_through = |triangle: &u32| {
             let material = scene.surface_of(*triangle).material;
@@ -52,7 +52,7 @@ impl<'s> OpenRooms<'s> {
         let rim = rim.map(|same| RimEdge { ends: same[0].0, triangle: same[0].2 }).collect();
         let closed = closed_at_t_junctions(scene, rim, budget, &mut MeshFaults::default());
 
-        // Shells that T-junctions join are one room.
+        // Shells joined by T-junctions are one room.
         let mut first_of: HashMap<u32, u32> = open.iter().map(|id| (*id, *id)).collect();
         let root = |first_of: &mut HashMap<u32, u32>, mut id: u32| {
             while first_of[&id] != id {
@@ -91,7 +91,7 @@ impl<'s> OpenRooms<'s> {
         OpenRooms { scene, vertex_of, rooms, boxes, trees: HashMap::new() }
     }
 
-    /// The room that takes the most of a point's sky, if that is more than half of it.
+    /// Returns the room that covers the largest share of all directions at a point, if that is more than half.
     pub fn around(&mut self, point_m: DVec3, budget: &mut Budget) -> Option<u32> {
         let mut about: Vec<u32> = Vec::new();
         self.boxes.around(point_m, 0.0, budget, |number| about.push(number));
@@ -102,7 +102,7 @@ impl<'s> OpenRooms<'s> {
         (most.1 > AROUND).then_some(most.0)
     }
 
-    /// Share of a point's sky that a room takes: 1 within a closed room, less by what its openings take.
+    /// Returns the share of all directions at a point that a room covers: 1 inside a closed room, less by the share of its openings.
     pub fn sky_share(&mut self, room: u32, point_m: DVec3, budget: &mut Budget) -> f64 {
         let OpenRoom { triangles, bounds_m: [low_m, high_m], .. } = &self.rooms[room as usize];
         if point_m.cmplt(*low_m).any() || point_m.cmpgt(*high_m).any() {
@@ -117,17 +117,17 @@ impl<'s> OpenRooms<'s> {
         tree.solid_angle_sr(point_m, budget).abs() / (4.0 * PI)
     }
 
-    /// Lowest and highest coordinates of a room in m.
+    /// Returns the lowest and highest coordinates of a room in m.
     pub fn bounds_m(&self, room: u32) -> Box3 {
         self.rooms[room as usize].bounds_m
     }
 
-    /// Whether a shell is a part of a room.
+    /// Whether a shell belongs to a room.
     pub fn has(&self, room: u32, shell: u32) -> bool {
         self.rooms[room as usize].shells.binary_search(&shell).is_ok()
     }
 
-    /// Area of a room's openings in m², each as a plane sees it.
+    /// Returns the area of a room's openings in m², each taken as flat.
     pub fn openings_m2(&self, room: u32) -> f64 {
         rim_area_m2(self.scene, &self.rooms[room as usize].rim)
     }

@@ -1,4 +1,4 @@
-//! Solids that stand in one another.
+//! Solids that intersect each other.
 
 use glam::DVec3;
 
@@ -6,31 +6,31 @@ use super::box_tree::{BoxTree, Budget};
 use super::shells::Shell;
 use crate::scene::Scene;
 
-/// Corners of a solid that are held against another.
+/// Largest number of corners of a solid that are tested against another.
 const MOST_CORNERS: usize = 32;
-/// Looks at boxes and triangles in all, and what each solid adds: a second's work, whatever the scene.
+/// Tests of boxes and triangles in all, and additional tests per solid: one second's work for any scene.
 const STEPS: u64 = 10_000_000;
 const STEPS_A_SOLID: u64 = 200;
 /// A corner this near to the other solid's surface, as a fraction of the scene's size, only touches it.
 const TOUCHES: f64 = 1e-6;
 
-/// Pairs of solids of which one has a corner within the other.
+/// Pairs of solids of which one has a corner inside the other.
 #[derive(Debug, Default)]
 pub(super) struct Overlaps {
-    /// How many were found.
+    /// Number of pairs found.
     pub count: usize,
     /// The surfaces of the first pair, and the corner in m.
     pub first: Option<([String; 2], DVec3)>,
-    /// Whether all pairs were looked at.
+    /// Whether all pairs were tested.
     pub all_looked_at: bool,
 }
 
-/// Looks at boxes and triangles for so many solids.
+/// Returns the budget of tests of boxes and triangles for this number of solids.
 pub(super) fn overlaps_budget(solids: usize) -> Budget {
     Budget::of_steps(STEPS + STEPS_A_SOLID * solids as u64)
 }
 
-/// Looks for solids in one another; `shells` are the closed shells of geometries, of which those that face outward are solids.
+/// Finds solids that intersect each other. `shells` are the closed shells of geometries; those that face outward are solids.
 pub(super) fn overlaps(scene: &Scene, shells: &[Shell], scene_size_m: f64, budget: &mut Budget) -> Overlaps {
     let solids: Vec<&Shell> = shells.iter().filter(|shell| shell.volume_m3 > 0.0).collect();
     let tolerance_m = TOUCHES * scene_size_m;

@@ -1,4 +1,4 @@
-//! Whether rays are exact enough for what a scene holds: a room that is lost in a far larger scene is not.
+//! Whether rays are accurate enough for the contents of a scene. They are not for a small room in a far larger scene.
 
 use std::f64::consts::TAU;
 
@@ -8,32 +8,32 @@ use super::straight::{ON_SURFACE_M, first_met_each};
 use crate::geometry::position_accuracy_m;
 use crate::scene::{Emission, Scene};
 
-/// Ways that are looked at from luminaires, and as many from receivers, at least and at most.
+/// Least and largest number of lines that are traced from luminaires, and as many again from receivers.
 const FEWEST_WAYS: usize = 16;
 const MOST_WAYS: usize = 256;
-/// Triangles times ways, about: some tenths of a second.
+/// About the largest number of triangles times lines: some tenths of a second.
 const LOOKS: usize = 20_000_000;
-/// Median way over the accuracy of positions below which a scene is refused: rays start up to 16 times the accuracy off the
-/// edges of triangles, an eighth of such a way.
+/// A scene is refused if the median distance over the accuracy of positions is below this. Rays start up to 16 times the accuracy off the
+/// edges of triangles, an eighth of this distance.
 const REFUSED_BELOW: f64 = 128.0;
-/// The same below which it is warned of.
+/// A scene gets a warning if the same ratio is below this.
 const DOUBTFUL_BELOW: f64 = 1024.0;
 
-/// How far light goes in a scene, and how exactly rays know where they are.
+/// How far light travels in a scene, and how accurate the positions of rays are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proportions {
-    /// Half of the way in m from luminaires, or from receivers where that is shorter, to the next surface is shorter than this.
+    /// Median distance in m from luminaires to the next surface, or from receivers if that is shorter.
     pub median_way_m: f64,
-    /// Where such ways start.
+    /// Where these lines start.
     pub from: &'static str,
     /// Accuracy of positions in m.
     pub accuracy_m: f64,
 }
 
-/// What proportions allow.
+/// The reliability of results that the proportions allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trust {
-    /// Results hold.
+    /// Results are valid.
     Sound,
     /// Results may be off by a percent.
     Doubtful,
@@ -42,9 +42,9 @@ pub enum Trust {
 }
 
 impl Proportions {
-    /// Looks along straight ways from luminaires and from receivers, in f64 and triangle by triangle; `None` where nothing is met.
+    /// Traces straight lines from luminaires and from receivers, in f64 and triangle by triangle. `None` where nothing is met.
     ///
-    /// Units: m. Accuracy: a median of 16 to 256 ways.
+    /// Units: m. Accuracy: a median of 16 to 256 lines.
     pub fn of(scene: &Scene) -> Option<Proportions> {
         let ways = (LOOKS / scene.triangles.len().max(1)).clamp(FEWEST_WAYS, MOST_WAYS);
         let starts = [("luminaires", starts_of_luminaires(scene)), ("receivers", starts_of_receivers(scene))];
@@ -53,7 +53,7 @@ impl Proportions {
         Some(Proportions { median_way_m, from, accuracy_m: position_accuracy_m(scene) })
     }
 
-    /// Whether rays are exact enough.
+    /// Returns whether rays are accurate enough.
     pub fn trust(&self) -> Trust {
         match self.median_way_m / self.accuracy_m {
             ratio if ratio >= DOUBTFUL_BELOW => Trust::Sound,
@@ -62,18 +62,19 @@ impl Proportions {
         }
     }
 
-    /// Whether most of that light meets a surface where it starts, so that size has nothing to do with it: it shines into what it lies on.
+    /// Whether most of this light meets a surface where it starts. The cause is then not the size: it shines into the surface on which it
+    /// lies.
     pub fn starts_on_surfaces(&self) -> bool {
         self.median_way_m <= ON_SURFACE_M
     }
 
-    /// The accuracy in m that it takes for results to be trusted.
+    /// Returns the accuracy in m at which results would be reliable.
     pub fn accuracy_wanted_m(&self) -> f64 {
         self.median_way_m / DOUBTFUL_BELOW
     }
 }
 
-/// A place, and the middle of the half-space into which it looks; zero where it looks all around.
+/// A point, and the axis of the half-space that it looks into; zero if it looks in all directions.
 type WayStart = (DVec3, DVec3);
 
 fn starts_of_luminaires(scene: &Scene) -> Vec<WayStart> {
@@ -97,7 +98,7 @@ fn starts_of_receivers(scene: &Scene) -> Vec<WayStart> {
     points.map(|point| (point.position_m, point.normal)).collect()
 }
 
-/// Median length of ways that meet something, spread over the starts and over their directions.
+/// Returns the median length of the lines that meet something, spread over the starts and over their directions.
 fn median_way_m(scene: &Scene, starts: &[WayStart], ways: usize) -> Option<f64> {
     if starts.is_empty() {
         return None;
@@ -112,9 +113,9 @@ fn median_way_m(scene: &Scene, starts: &[WayStart], ways: usize) -> Option<f64> 
     (!ways_m.is_empty()).then(|| *ways_m.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
-/// A direction of many that fill a sphere evenly, or the half of it about a middle.
+/// Returns one of many directions that fill a sphere evenly, or the half of it around an axis.
 fn direction(number: usize, middle: DVec3) -> DVec3 {
-    /// Turns of the golden angle, and steps of another irrational number, so that few ways of each start differ.
+    /// Fractions of turns (the golden angle) and of steps in z (another irrational number), so that even a few lines differ.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     const SILVER: f64 = 0.414_213_562_373_095_05;
     let azimuth = TAU * (number as f64 * GOLDEN).fract();

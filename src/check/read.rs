@@ -1,4 +1,4 @@
-//! A scene file, read and checked: what the whole of a scene tells is refused, marked or warned of here.
+//! Reads and checks a scene file. This file refuses, marks and warns of what depends on the scene as a whole.
 
 use std::path::Path;
 
@@ -22,23 +22,23 @@ use crate::scene::{
     listed, place_words, read_with, under_way,
 };
 
-/// A lit scene larger than this, in m, is likely one in other units.
+/// A lit scene larger than this, in m, probably has another unit.
 const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
-/// A lit scene smaller than this, in m, is likely one in other units.
+/// A lit scene smaller than this, in m, probably has another unit.
 const SUSPICIOUSLY_SMALL_M: f64 = 0.01;
-/// The same of a scene whose file does not say metres: it may have been drawn in them.
+/// The same limit for a scene whose file has a unit other than metres: it may have been drawn in metres.
 const SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M: f64 = 0.1;
 
 /// Reads a scene file and the mesh, points and photometric files that it names.
 ///
 /// # Errors
 ///
-/// Anything that the file format refuses, with the place, what was expected and a remedy.
+/// Anything that the file format refuses, with the position, what was expected and a remedy.
 pub fn read_scene(path: &Path) -> Result<Scene, SceneError> {
     read_with(path, complete)
 }
 
-/// Reads a scene file and tells what was read. Faults of its meshes are looked for once, and longer than [`read_scene`] does; `more` may add
+/// Reads a scene file and returns it with its facts. Mesh faults are searched once, and longer than in [`read_scene`]. `more` may add
 /// warnings.
 ///
 /// # Errors
@@ -56,7 +56,7 @@ pub fn read_and_inspect(path: &Path, more: impl FnOnce(&mut Scene)) -> Result<(S
     Ok((scene, inspection))
 }
 
-/// Reads a scene from the text of its file; files that it names are relative to `base_dir`.
+/// Reads a scene from the text of its file. Files that it names are relative to `base_dir`.
 ///
 /// # Errors
 ///
@@ -65,12 +65,12 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     from_json_with(text, path, base_dir, complete)
 }
 
-/// Refuses what cannot be computed; marks what lies inside of solids, finds what the sky shines through, and warns.
+/// Refuses what cannot be computed, marks points inside of solids, finds the openings to the sky, and warns.
 fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneError> {
     complete_with(scene, written, !MeshCheck::Faults.is_skipped())
 }
 
-/// The same, and whether faults of meshes are looked for.
+/// Does the same, with or without the search for mesh faults.
 fn complete_with(scene: &mut Scene, written: &WrittenGeometry, looks_for_faults: bool) -> Result<(), SceneError> {
     under_way::begin("checks of the whole", 0);
     refuse_white_rooms(&written.geometry, scene)?;
@@ -192,7 +192,7 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
         )),
     }
 
-    // Names that the command line uses for itself, or cannot tell from a list of names.
+    // These names have a meaning on the command line, or look like a list of names there.
     for set in &scene.receivers {
         if ["all", "elements", "receivers"].contains(&set.name.as_str()) || set.name.contains(',') {
             scene.warnings.push(format!("{}: a receiver of this name cannot be chosen by --maps", set.name));

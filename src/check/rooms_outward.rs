@@ -1,14 +1,15 @@
-//! The commonest first mistake: a room given as a box or a sphere without `"facing": "inward"`, with all that is lit in it.
+//! The most common first mistake: a room given as a box or a sphere without `"facing": "inward"`, with everything lit inside it.
 
 use super::shells::Shell;
 use crate::scene::Node;
 use crate::scene::SceneError;
 use crate::scene::{Emission, Scene};
 
-/// What lies this near to a solid's bounds, as a fraction of their size, lies in them: luminaires are put into the ceiling's plane.
+/// A point this near to a solid's bounds, as a fraction of their size, counts as inside, because luminaires are put into the ceiling's
+/// plane.
 const ON_BOUNDS: f64 = 1e-6;
 
-/// Refuses a scene all of which lies inside of one box or sphere whose faces look outward, where the file does not ask for that.
+/// Refuses a scene that lies wholly inside of one outward-facing box or sphere, unless the file requests that explicitly.
 pub(super) fn refuse_rooms_outward(geometry: &Node, scene: &Scene, shells: &[Shell]) -> Result<(), SceneError> {
     for node in geometry.items("a list of surfaces")? {
         let fields = node.fields("a surface")?;
@@ -35,7 +36,7 @@ pub(super) fn refuse_rooms_outward(geometry: &Node, scene: &Scene, shells: &[She
     Ok(())
 }
 
-/// Whether all surfaces, luminaires and points lie within a solid, and it gives no light itself.
+/// Whether all surfaces, luminaires and points lie inside a solid that emits no light itself.
 fn holds_all(scene: &Scene, shell: &Shell, name: &str) -> bool {
     let [low_m, high_m] = shell.bounds_m();
     let slack_m = ON_BOUNDS * (high_m - low_m).max_element();
@@ -58,7 +59,7 @@ mod tests {
 
     use crate::check::scene_from_json;
 
-    /// A scene with these geometries, a luminaire, and receivers at a height in m.
+    /// Reads a scene with these geometries, a luminaire, and receivers at a height in m.
     fn read(geometry: &str, luminaire: &str, receiver_m: f64) -> Result<(), String> {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }}, "geometry": [ {geometry} ],

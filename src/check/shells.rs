@@ -15,26 +15,26 @@ use crate::scene::Scene;
 pub struct Shell {
     /// Its triangles.
     pub triangles: Vec<u32>,
-    /// Whether every edge is passed as often one way as the other, so that it has no boundary.
+    /// Whether every edge is used equally often in both directions, so that there is no boundary.
     pub closed: bool,
-    /// Signed volume in m³ of a closed shell: positive where the fronts look outwards.
+    /// Signed volume in m³ of a closed shell: positive where the fronts face outward.
     pub volume_m3: f64,
     low_m: DVec3,
     high_m: DVec3,
-    /// Of a closed shell.
+    /// Present only for a closed shell.
     tree: Option<WindingTree>,
 }
 
 impl Shell {
-    /// Around how many times, and which way, the shell lies about a point: +1 inside of one that faces outward, −1 of
-    /// one that faces inward, 0 outside. Only meaningful for a closed shell and off its surface.
+    /// Returns how many times, and in which direction, the shell lies around a point: +1 inside of a shell that faces outward, −1 inside of
+    /// one that faces inward, 0 outside. The value has a meaning only for a closed shell and off its surface.
     ///
-    /// 0 of a shell with a boundary.
+    /// A shell with a boundary gives 0.
     pub fn winding(&self, point_m: DVec3) -> f64 {
         self.winding_within(point_m, &mut Budget::of_steps(u64::MAX))
     }
 
-    /// The same, as far as the budget goes.
+    /// Returns the same, as far as the budget suffices.
     pub(super) fn winding_within(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         if point_m.cmplt(self.low_m).any() || point_m.cmpgt(self.high_m).any() {
             return 0.0;
@@ -42,7 +42,7 @@ impl Shell {
         self.tree.as_ref().map_or(0.0, |tree| tree.solid_angle_sr(point_m, budget) / (4.0 * PI))
     }
 
-    /// Whether a point lies inside, and not on the surface within a tolerance.
+    /// Whether a point lies inside, and farther from the surface than a tolerance.
     pub(super) fn encloses(&self, point_m: DVec3, tolerance_m: f64, budget: &mut Budget) -> bool {
         if self.winding_within(point_m, budget).abs() <= 0.5 {
             return false;
@@ -51,13 +51,12 @@ impl Shell {
         !self.tree.as_ref().is_some_and(|tree| tree.any_near(point_m, tolerance_m, budget, distance_m))
     }
 
-    /// Whether the surface may cut a box or come as near to it as `tolerance_m`; if not, all places in the box lie on one side
-    /// of the shell.
+    /// Whether the surface may cut a box or come within `tolerance_m` of it. If not, all points of the box lie on one side of the shell.
     pub(super) fn may_cut(&self, box_m: Box3, tolerance_m: f64, budget: &mut Budget) -> bool {
         self.tree.as_ref().is_some_and(|tree| tree.may_cut(box_m, tolerance_m, budget))
     }
 
-    /// A distance in m from a point within which the shell does not lie.
+    /// Returns a distance in m such that no part of the shell is nearer to the point.
     pub(super) fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         let box_m = point_m.distance(point_m.clamp(self.low_m, self.high_m));
         if box_m > 0.0 { box_m } else { self.tree.as_ref().map_or(0.0, |tree| tree.clear_m(point_m, budget)) }
@@ -69,8 +68,8 @@ impl Shell {
     }
 }
 
-/// The shells that some triangles make up: those with a vertex in common are one. `with_trees` makes closed ones ready
-/// for questions of what lies inside.
+/// Returns the shells that some triangles form. Triangles with a common vertex belong to one shell. `with_trees` prepares closed shells for
+/// tests of what lies inside.
 fn shells(
     scene: &Scene,
     triangles: std::ops::Range<u32>,
@@ -79,7 +78,7 @@ fn shells(
 ) -> Vec<Shell> {
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(&vertex_of);
 
-    // Join the vertices of every triangle, in a list from the lowest number on.
+    // Joins the vertices of every triangle, in a list that starts at the lowest number.
     let numbers = || triangles.clone().flat_map(corners);
     let (Some(lowest), Some(highest)) = (numbers().min(), numbers().max()) else {
         return Vec::new();
@@ -121,7 +120,7 @@ fn shells(
     shells
 }
 
-/// The root of a vertex, halving the way there.
+/// Returns the root of a vertex, and halves the path to it.
 fn root_of(parents: &mut [u32], vertex: u32) -> u32 {
     let mut root = vertex;
     while parents[root as usize] != root {
@@ -132,7 +131,8 @@ fn root_of(parents: &mut [u32], vertex: u32) -> u32 {
     root
 }
 
-/// Edges of triangles by their ends, lower number first, and whether they are passed that way; equal ends side by side.
+/// Returns the edges of triangles: the ends with the lower number first, whether the triangle runs that way, and the triangle. Equal edges
+/// are adjacent.
 pub(super) fn sorted_edges(triangles: &[u32], corners: impl Fn(u32) -> [u32; 3]) -> Vec<([u32; 2], bool, u32)> {
     let edges_of = |triangle: &u32| {
         let [a, b, c] = corners(*triangle);
@@ -156,7 +156,7 @@ impl Shell {
             self.tree = Some(WindingTree::of(triangles, |vertex| scene.vertices_m[vertex as usize]));
         }
 
-        // Measured from a corner of its own, so that a small shell far from the origin keeps its digits.
+        // Relative to a corner of its own, so that a small shell far from the origin keeps its digits.
         self.volume_m3 = self
             .triangles
             .iter()
@@ -168,7 +168,7 @@ impl Shell {
     }
 }
 
-/// The closed shells of every geometry by itself.
+/// Returns the closed shells of every geometry by itself.
 pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
     let geometries = scene.surfaces.chunk_by(|one, other| one.geometry == other.geometry);
     geometries
@@ -180,13 +180,13 @@ pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
         .collect()
 }
 
-/// The shells of the scene as a whole: here vertices of different geometries that coincide exactly are one, so that a
-/// room made of rectangles is closed.
+/// Returns the shells of the scene as a whole. Exactly coinciding vertices of different geometries count as one, so that a room made of
+/// rectangles is closed.
 pub fn shells_of_scene(scene: &Scene) -> Vec<Shell> {
     shells_over(scene, &one_vertex_a_place(scene))
 }
 
-/// The first of the vertices at each vertex's place.
+/// Returns for each vertex the first vertex at its position.
 pub(super) fn one_vertex_a_place(scene: &Scene) -> Vec<u32> {
     let mut first: HashMap<[u64; 3], u32> = HashMap::new();
     (0u32..)
@@ -195,12 +195,12 @@ pub(super) fn one_vertex_a_place(scene: &Scene) -> Vec<u32> {
         .collect()
 }
 
-/// As [`shells_of_scene`], with [`one_vertex_a_place`].
+/// Returns the same as [`shells_of_scene`], from the result of [`one_vertex_a_place`].
 pub(super) fn shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
     shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize], true)
 }
 
-/// The same without what tells insides: which triangles hang together, and whether they are closed.
+/// Returns the same without the trees for inside tests: only which triangles are connected, and whether the shells are closed.
 pub(super) fn plain_shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
     shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize], false)
 }
@@ -210,19 +210,19 @@ pub(super) fn reflects_on_both_sides(scene: &Scene, shell: &Shell) -> bool {
     shell.triangles.iter().all(|triangle| scene.surface_of(*triangle).two_sided)
 }
 
-/// Lowest and highest coordinates of the geometry in m.
+/// Returns the lowest and highest coordinates of the geometry in m.
 pub(super) fn bounds_m(scene: &Scene) -> [DVec3; 2] {
     let corners = || (0..scene.triangles.len() as u32).flat_map(|triangle| scene.corners_m(triangle));
     [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
 }
 
-/// Diagonal of the geometry's bounding box in m.
+/// Returns the diagonal of the geometry's bounding box in m.
 pub(super) fn size_m(scene: &Scene) -> f64 {
     let [low_m, high_m] = bounds_m(scene);
     low_m.distance(high_m)
 }
 
-/// Distance of a point to a triangle.
+/// Returns the distance of a point to a triangle.
 fn distance_to_triangle(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let normal = (b - a).cross(c - a).normalize();
     let edges = [(a, b), (b, c), (c, a)];

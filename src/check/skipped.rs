@@ -1,28 +1,28 @@
-//! Checks of meshes that may be left out, where a scene of many millions of triangles is known to be sound.
+//! Mesh checks that may be skipped where a scene of many millions of triangles is known to be sound.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-/// A check of the scene's meshes that may be left out.
+/// A check of the scene's meshes that may be skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MeshCheck {
-    /// Open edges, edges of many triangles, doubled, flipped and overlapping ones: warnings.
+    /// Open edges, edges of many triangles, doubled, reversed and overlapping triangles: warnings.
     Faults,
-    /// Solids that stand in one another: warnings.
+    /// Solids that intersect each other: warnings.
     Overlaps,
-    /// What to mend in a scene that gives poor results: warnings.
+    /// Classic mistakes in a scene that gives poor results: warnings.
     Advice,
-    /// Which receiver points lie inside of solids. Without it all count in tables and errors.
+    /// Which receiver points lie inside of solids. Without it, all points count in tables and errors.
     Insides,
 }
 
 impl MeshCheck {
-    /// All of them.
+    /// All checks.
     pub const ALL: [MeshCheck; 4] = [MeshCheck::Faults, MeshCheck::Overlaps, MeshCheck::Advice, MeshCheck::Insides];
 
-    /// Name as the command line has it.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             MeshCheck::Faults => "faults",
@@ -32,7 +32,7 @@ impl MeshCheck {
         }
     }
 
-    /// Whether the check is left out.
+    /// Whether the check is skipped.
     pub(super) fn is_skipped(self) -> bool {
         SKIPPED.load(Ordering::Relaxed) & self.bit() != 0
     }
@@ -42,15 +42,15 @@ impl MeshCheck {
     }
 }
 
-/// Checks that are left out, a bit each.
+/// Checks that are skipped, one bit each.
 static SKIPPED: AtomicU8 = AtomicU8::new(0);
 
-/// Leaves these checks out wherever scenes are read from now on.
+/// Skips these checks whenever a scene is read from now on.
 pub fn skip_checks(checks: &[MeshCheck]) {
     SKIPPED.fetch_or(checks.iter().fold(0, |bits, check| bits | check.bit()), Ordering::Relaxed);
 }
 
-/// The warning of what was left out.
+/// Returns the warning that lists the skipped checks.
 pub(super) fn words_on_skipped() -> Option<String> {
     let names: Vec<&str> = MeshCheck::ALL.into_iter().filter(|check| check.is_skipped()).map(MeshCheck::name).collect();
     let counts =

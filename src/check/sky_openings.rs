@@ -1,4 +1,4 @@
-//! Looks for the openings through which the sky's light enters a scene: panes, and holes in what stands around a room.
+//! Finds the openings through which the sky's light enters a scene: panes, and holes in the surfaces around a room.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,23 +17,23 @@ use crate::base::solid_angle::signed_triangle_solid_angle_sr;
 use crate::scene::openings::{FLAT, area_m2, crossed_at_m, normal};
 use crate::scene::{Emission, Openings, ReflectionLaw, Scene, triangulate};
 
-/// Openings that are kept: each light sample asks them all. The sky behind others is looked for as from the open air.
+/// Largest number of openings, because each light sample tests them all. The sky behind further openings is sampled as for the open air.
 const MOST_OPENINGS: usize = 256;
-/// Directions in which it is tried which way an opening faces, at most and at least.
+/// Largest and least number of directions that are tested to find which way an opening faces.
 const DIRECTIONS: u64 = 64;
 const FEWEST_DIRECTIONS: u64 = 4;
-/// Triangles that trying looks at in all, and that the search for ways past the openings does: a second's work each.
+/// Largest number of triangle tests for these directions, and in the search for light past the openings: one second's work each.
 const MOST_TRIES: u64 = 200_000_000;
 const MOST_SOLID_ANGLES: u64 = 20_000_000;
-/// Steps of the search for holes, and what each triangle adds.
+/// Steps of the search for holes, and additional steps per triangle.
 const STEPS: u64 = 20_000_000;
 const STEPS_A_TRIANGLE: u64 = 100;
-/// Solid angles about a place make a whole within this share where all is closed.
+/// Around a point in a closed room the solid angles add up to the whole sphere within this share.
 const WHOLE: f64 = 1e-6;
-/// Places where each side of a triangle is asked, as weights of its corners.
+/// Points where each side of a triangle is tested, as weights of its corners.
 const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98]];
 
-/// The openings of a scene.
+/// Returns the openings of a scene.
 fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
     let [low_m, high_m] = bounds_m(scene);
     let points = || scene.receivers.iter().flat_map(|set| set.placed_points().iter().map(|point| point.position_m));
@@ -57,7 +57,7 @@ fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
     Openings { fronts_m, are_all, center_m, radius_m }
 }
 
-/// Finds the openings of a scene with a sky, and the flux that comes through them; `solids` are its closed shells.
+/// Finds the openings of a scene with a sky, and the flux through them. `solids` are the scene's closed shells.
 pub(super) fn find_openings(scene: &mut Scene, solids: &[Shell]) {
     if !scene.luminaires.iter().any(|luminaire| luminaire.emission.is_daylight()) {
         return;
@@ -87,7 +87,7 @@ fn is_pane(scene: &Scene, triangle: u32) -> bool {
     matches!(law, ReflectionLaw::Glass { .. }) && law.lets_through()
 }
 
-/// The triangle with its front away from where more of the sky is seen; `None` where none is seen.
+/// Returns the triangle turned so that its front faces away from the side that sees more of the sky; `None` if neither side sees any.
 fn turned_in(scene: &Scene, corners_m: [DVec3; 3], size_m: f64, directions: u64) -> Option<[DVec3; 3]> {
     let [a, b, c] = corners_m;
     let front = normal(&corners_m);
@@ -95,7 +95,7 @@ fn turned_in(scene: &Scene, corners_m: [DVec3; 3], size_m: f64, directions: u64)
     let seen = [front, -front].map(|outward| {
         let tangent = outward.any_orthonormal_vector();
         let sees = |number: u64| {
-            // Evenly over the disk below the hemisphere: a spiral by the golden ratio.
+            // Uniform over the disk below the hemisphere, by a spiral of golden angles.
             let share = (number as f64 + 0.5) / directions as f64;
             let (sine, cosine) = (number as f64 * PI * (3.0 - 5f64.sqrt())).sin_cos();
             let flat = cosine * tangent + sine * outward.cross(tangent);
@@ -112,9 +112,9 @@ fn turned_in(scene: &Scene, corners_m: [DVec3; 3], size_m: f64, directions: u64)
     }
 }
 
-/// Pieces of surface, and the holes in them.
+/// Pieces of surface and their holes.
 struct Pieces {
-    /// Triangles of flat sheets that stand alone: they shut nothing in.
+    /// For each triangle, whether it belongs to an isolated flat sheet, which encloses nothing.
     is_sheet: Vec<bool>,
     /// Triangles that fill the holes.
     holes_m: Vec<[DVec3; 3]>,
@@ -144,9 +144,9 @@ impl Pieces {
         Pieces { is_sheet, holes_m }
     }
 
-    /// Whether, with the openings in their places, closed surfaces lie around all that receives light.
+    /// Whether closed surfaces, including the openings, lie around everything that receives light.
     fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &SolidsAsked) -> bool {
-        // Each with its triangle.
+        // Each wall with the number of its triangle; openings have none.
         let mut walls: Vec<([DVec3; 3], Option<u32>)> = fronts_m.iter().map(|corners_m| (*corners_m, None)).collect();
         let mut places: Vec<(DVec3, Option<u32>)> = Vec::new();
         for triangle in 0..scene.triangles.len() as u32 {
@@ -176,7 +176,7 @@ impl Pieces {
         let (held, _) = solids.holding(&places.iter().map(|(place_m, _)| *place_m).collect::<Vec<_>>());
         let mut held = held.into_iter();
         places.retain(|_| !held.next().unwrap_or(false));
-        // Fronts that look at a place count once around it; so do backs, with the other sign.
+        // Fronts that face a point add up to +1 around it, backs to −1.
         let around = places.par_iter().map(|(place_m, _)| {
             let seen = walls.iter().map(|(corners_m, _)| {
                 let [a, b, c] = corners_m.map(|corner_m| corner_m - *place_m);
@@ -186,7 +186,7 @@ impl Pieces {
         });
         let around: Vec<f64> = around.collect();
         let whole = around.first().copied().unwrap_or_default().round();
-        // What lies against a wall has stepped through it, and is dark.
+        // A point of a triangle that lies against a wall has stepped through the wall. It is dark.
         let lies_against = |place_m: DVec3, own: Option<u32>| {
             let before_m = 3.0 * step_m;
             walls.iter().filter(|(_, wall)| own.is_some() && *wall != own).any(|(corners_m, _)| {
@@ -202,7 +202,7 @@ impl Pieces {
     }
 }
 
-/// Marks the triangles of flat pieces that nothing joins.
+/// Marks the triangles of flat pieces that are joined to nothing.
 fn sheets(scene: &Scene, shells: &[Shell], joined: &[[u32; 2]]) -> Vec<bool> {
     let mut shell_of = vec![0; scene.triangles.len()];
     for (number, shell) in shells.iter().enumerate() {
@@ -219,7 +219,7 @@ fn sheets(scene: &Scene, shells: &[Shell], joined: &[[u32; 2]]) -> Vec<bool> {
     shell_of.into_iter().map(|shell| is_alone[shell]).collect()
 }
 
-/// Triangles that fill a flat closed line; none where it is not flat.
+/// Returns triangles that fill a flat closed line; none if the line is not flat.
 fn filled(scene: &Scene, vertices: &[u32], flat_m: f64) -> Vec<[DVec3; 3]> {
     let places_m: Vec<DVec3> = vertices.iter().map(|vertex| scene.vertices_m[*vertex as usize]).collect();
     let count = places_m.len();

@@ -1,4 +1,4 @@
-//! Straight ways through a scene, told in f64 by looking at all triangles.
+//! Straight lines through a scene, traced in f64 by testing all triangles.
 
 use std::ops::Range;
 
@@ -7,30 +7,30 @@ use rayon::prelude::*;
 
 use crate::scene::Scene;
 
-/// A starting point this near to a surface in m lies on it.
+/// A start this near to a surface in m lies on the surface.
 pub(super) const ON_SURFACE_M: f64 = 1e-6;
-/// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
+/// With more triangles times luminaires than this, the aims of luminaires are not traced: one second's work.
 pub(super) const MOST_LOOKS: usize = 200_000_000;
 
-/// Triangles that one thread looks at at once.
+/// Number of triangles that one thread tests at a time.
 const PIECE: u32 = 1 << 16;
 
-/// What a straight way meets first.
+/// The first surface on a straight line.
 pub(super) struct FirstMet {
-    /// How far away in m.
+    /// Distance in m.
     pub distance_m: f64,
-    /// The back of a surface that has only a front.
+    /// Whether it is the back of a one-sided surface.
     pub is_dead_back: bool,
 }
 
-/// The first triangle along a direction, in f64, told by looking at all of them; those that the start lies on do not count
-/// where the direction leaves them.
+/// Returns the first triangle along a direction, in f64, by testing all triangles. A triangle on which the start lies does not count where
+/// the direction leaves it.
 pub(super) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<FirstMet> {
     let all = 0..scene.triangles.len() as u32;
     first_met_among(scene, all, &[(start_m, direction)]).pop().flatten()
 }
 
-/// The same along many ways from a start in a direction each.
+/// Does the same along many lines, each given by its start and direction.
 pub(super) fn first_met_each(scene: &Scene, ways: &[(DVec3, DVec3)]) -> Vec<Option<FirstMet>> {
     let count = scene.triangles.len() as u32;
     let nearer = |one: Option<FirstMet>, other: Option<FirstMet>| match (one, other) {

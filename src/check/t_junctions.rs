@@ -1,4 +1,4 @@
-//! T-junctions: vertices of rims that lie in the middle of other rims' edges, which close there.
+//! T-junctions: vertices of rims in the middle of other rims' edges. The rims count as closed there.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -7,24 +7,24 @@ use super::faults::{MeshFaults, RimEdge};
 use super::shells::size_m;
 use crate::scene::Scene;
 
-/// Vertices nearer to an edge than this fraction of the scene's size lie on it: far above the rounding of
-/// coordinates, far below what a drawing means.
+/// A vertex nearer to an edge than this fraction of the scene's size lies on it. This is far above the rounding of coordinates and far
+/// below the details of a drawing.
 const ON_EDGE: f64 = 1e-7;
 
-/// Steps that a vertex on an edge costs: it is sorted in, and makes a piece that is kept.
+/// Steps for a vertex on an edge: it is sorted in, and creates a piece that is kept.
 const STEPS_A_STOP: u64 = 32;
 
-/// A rim after its T-junctions have been cut.
+/// A rim after it was cut at its T-junctions.
 pub(super) struct ClosedRim {
-    /// What stays open.
+    /// Edges that remain open.
     pub open: Vec<RimEdge>,
-    /// Pairs of triangles that a piece of edge joins.
+    /// Pairs of triangles that share a piece of an edge.
     pub joined: Vec<[u32; 2]>,
 }
 
-/// Cuts the edges of rims where vertices of rims lie on them, and drops pieces that then lie on each other.
+/// Cuts the edges of rims where vertices of rims lie on them, and removes pieces that then coincide.
 ///
-/// Where the budget ends first, the rim stays as it is and `faults` say so.
+/// If the budget ends first, the rim stays as it is and `faults` records that.
 pub(super) fn closed_at_t_junctions(
     scene: &Scene,
     rim: Vec<RimEdge>,
@@ -39,7 +39,7 @@ pub(super) fn closed_at_t_junctions(
     let tolerance_m = ON_EDGE * size_m(scene);
     let tree = BoxTree::of_points(vertices.iter().map(|vertex| place_m(*vertex)));
 
-    // Where a vertex lies at the end of an edge, it and the end are one: pieces then have the same ends.
+    // A vertex at the end of an edge is identified with that end, so that pieces have the same ends.
     let mut stands_for: Vec<usize> = Vec::with_capacity(vertices.len());
     for (rank, vertex) in vertices.iter().enumerate() {
         let mut first = rank;

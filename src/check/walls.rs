@@ -1,28 +1,29 @@
-//! The walls about an observer: where the tabular method takes the background luminance of a glare rating.
+//! The walls around an observer, from which the tabular method takes the background luminance of a glare rating.
 
 use glam::DVec3;
 
 use super::shells::{Shell, size_m};
 use crate::scene::{Background, GlareObserver, Quantity, ReceiverPoint, Scene};
 
-/// Points that stand for the walls: the mean over so many, spread evenly, is within 1% of that over all (0.03 in the rating).
+/// Number of points that represent the walls. The mean over this many evenly spread points is within 1% of the mean over the whole walls
+/// (0.03 in the rating).
 const POINTS: u32 = 64;
-/// A wall leans by less than 10° from the vertical: the sine of that.
+/// Sine of the largest angle, 10°, by which a wall leans from the vertical.
 const LEAN: f64 = 0.17365;
-/// A closed room lies about an eye if it does so half of once.
+/// A closed room, whose fronts face inward, lies around an eye if its winding number there is below minus this.
 const WITHIN: f64 = 0.5;
-/// The eye of a standard room lies in a wall and on the floor: whether a room lies about it is asked so far ahead of it and
-/// above it, as a fraction of the scene's size.
+/// The eye of a standard room lies in a wall and at the height of the floor. Therefore the room around it is determined this far ahead of
+/// it and above it, as a fraction of the scene's size.
 const AHEAD: f64 = 1e-5;
-/// An eye so far behind the plane of a wall, as a fraction of the scene's size, still lies in it.
+/// An eye this far behind the plane of a wall, as a fraction of the scene's size, still counts as in the plane.
 const IN_PLANE: f64 = 1e-6;
-/// Turn from point to point along a wall, as a fraction: the golden ratio.
+/// Step from point to point along a wall, as a fraction of a turn: the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Moves the points of glare ratings by the tabular method to the walls.
 ///
-/// The walls are the upright faces between the heights of the eye and of the luminaires (their mean, weighed by flux) that
-/// face the eye: those of the least closed room about it, or else of the whole scene.
+/// The walls are the upright faces that face the eye, between the height of the eye and that of the luminaires (the mean weighted by flux).
+/// They belong to the smallest closed room around the eye, or else to the whole scene.
 pub(super) fn place_backgrounds(scene: &mut Scene, shells: &[Shell]) {
     for set in 0..scene.receivers.len() {
         if scene.receivers[set].quantity != Quantity::Glare(Background::Tabular) {
@@ -51,7 +52,7 @@ pub(super) fn place_backgrounds(scene: &mut Scene, shells: &[Shell]) {
     }
 }
 
-/// The least closed room about an observer, by its place among the shells.
+/// Returns the smallest closed room around an observer, by its index in the list of shells.
 fn room_about(scene: &Scene, shells: &[Shell], observer: &GlareObserver) -> Option<usize> {
     let ahead_m = observer.eye_m + AHEAD * size_m(scene) * (observer.view + DVec3::Z);
     let volume_m3 = |place: &usize| shells[*place].volume_m3.abs();
@@ -60,7 +61,7 @@ fn room_about(scene: &Scene, shells: &[Shell], observer: &GlareObserver) -> Opti
         .min_by(|one, other| volume_m3(one).total_cmp(&volume_m3(other)))
 }
 
-/// Points spread evenly over the walls, each with its normal.
+/// Returns points spread evenly over the walls, each with its normal.
 fn points_on_walls(scene: &Scene, room: Option<&Shell>, observer: &GlareObserver) -> Vec<ReceiverPoint> {
     let eye_m = observer.eye_m;
     let Some(top_m) = luminaire_height_m(scene).filter(|height_m| *height_m > eye_m.z) else {
@@ -91,7 +92,7 @@ fn points_on_walls(scene: &Scene, room: Option<&Shell>, observer: &GlareObserver
     spread(&pieces)
 }
 
-/// The same number of points on equal areas, evenly along the pieces' order.
+/// Spreads points so that equal areas have equal numbers of points, evenly in the order of the pieces.
 fn spread(pieces: &[([DVec3; 3], DVec3, f64)]) -> Vec<ReceiverPoint> {
     let all_m2: f64 = pieces.iter().map(|piece| piece.2).sum();
     if all_m2 <= 0.0 {
@@ -119,7 +120,7 @@ fn spread(pieces: &[([DVec3; 3], DVec3, f64)]) -> Vec<ReceiverPoint> {
     points
 }
 
-/// What of a triangle lies between two heights: a convex polygon.
+/// Returns the part of a triangle between two heights: a convex polygon.
 fn between_heights(corners_m: &[DVec3; 3], low_m: f64, high_m: f64) -> Vec<DVec3> {
     let above = |polygon: &[DVec3], height_of: &dyn Fn(DVec3) -> f64| {
         let mut kept = Vec::new();
@@ -138,7 +139,7 @@ fn between_heights(corners_m: &[DVec3; 3], low_m: f64, high_m: f64) -> Vec<DVec3
     above(&above(corners_m, &|point| point.z - low_m), &|point| high_m - point.z)
 }
 
-/// Mean height of the luminaires in m, weighed by flux; `None` without light.
+/// Returns the mean height of the luminaires in m, weighted by flux; `None` without light.
 fn luminaire_height_m(scene: &Scene) -> Option<f64> {
     let (mut sum, mut flux_lm) = (0.0, 0.0);
     for luminaire in &scene.luminaires {
@@ -181,8 +182,8 @@ mod tests {
         scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// 64 points stand on four walls in proportion to their lengths, between eye and luminaire, and see the room; another room
-    /// beside it and a table in it bring none.
+    /// 64 points stand on four walls in proportion to the walls' lengths, between eye and luminaire, and face the room. Another room beside
+    /// it and a cupboard in it get no points.
     #[test]
     fn points_lie_on_the_walls_of_the_room() {
         let more = r#", { "name": "next", "type": "box", "min": [5,0,0], "max": [9,2,3], "facing": "inward", "material": "grey" },

@@ -1,13 +1,13 @@
-//! Warnings in the order and number in which people read them: one for many equal things, what spoils results first.
+//! Arranges warnings for the reader: one warning for many equal ones, and the most serious first.
 
 use std::collections::{HashMap, HashSet};
 
 use crate::scene::{Luminaire, Scene};
 
-/// Names that a warning lists; of more luminaires it tells the number.
+/// Largest number of names in a warning. For more luminaires it gives their number.
 const MOST_NAMES: usize = 4;
 
-/// Words of warnings without whose cause being mended results are not those of the room that is meant.
+/// Words of grave warnings: unless the cause is corrected, the results are not those of the intended room.
 const GRAVE: [&str; 10] = [
     "gives no light",
     "is dark",
@@ -20,7 +20,7 @@ const GRAVE: [&str; 10] = [
     "normals may be flipped",
     "left out, because",
 ];
-/// Words of remarks on how a file was read, and on what may well be meant.
+/// Words of remarks on how a file was read, and on things that may well be intended.
 const SLIGHT: [&str; 9] = [
     "maintenance",
     "is taken",
@@ -33,7 +33,7 @@ const SLIGHT: [&str; 9] = [
     "parallelogram",
 ];
 
-/// Tells equal warnings of several things in one, and puts grave ones first; else they keep their order.
+/// Merges equal warnings of several things into one, and puts grave warnings first. Otherwise it keeps their order.
 pub(super) fn arrange(scene: &mut Scene) {
     let scene_names = scene.surfaces.iter().map(|surface| surface.name.as_str());
     let scene_names = scene_names.chain(scene.luminaires.iter().map(|luminaire| luminaire.name.as_str()));
@@ -43,7 +43,7 @@ pub(super) fn arrange(scene: &mut Scene) {
     scene.warnings = warnings;
 }
 
-/// Names of luminaires, or their number and the first of them.
+/// Returns the names of luminaires, or their number and the first name.
 pub(super) fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
     let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
     match names.len() {
@@ -61,10 +61,10 @@ fn rank(warning: &str) -> u32 {
     }
 }
 
-/// One warning for all that differ in the name before the colon alone, where the first of them stands.
+/// Merges warnings that differ only in the name before the colon, at the position of the first of them.
 fn grouped(warnings: &[String], is_name: impl Fn(&str) -> bool) -> Vec<String> {
     let parts = |warning: &str| {
-        // Names may hold colons.
+        // Names may contain colons.
         let ends = warning.match_indices(": ").map(|(end, _)| end);
         let end = ends.into_iter().find(|end| is_name(&warning[..*end]))?;
         Some((warning[..end].to_owned(), warning[end + 2..].to_owned()))

@@ -1,5 +1,5 @@
-//! How much a room absorbs of the light in it and lets out through openings: where that is next to nothing, no chain ends in
-//! good time.
+//! How much of the light in a room is absorbed or leaves through openings. If this is almost nothing, no chain ends within a reasonable
+//! time.
 
 use std::collections::{BTreeMap, HashSet};
 use std::f64::consts::PI;
@@ -12,33 +12,33 @@ use super::open_rooms::OpenRooms;
 use super::shells::{Shell, one_vertex_a_place, shells_over};
 use crate::scene::{Node, Scene, SceneError, Surface};
 
-/// Where surfaces absorb, and openings let out, less than this share on average, a packet meets more than 10,000 of them, and not even pilots end in
-/// good time. A hair less than a ten-thousandth: sums over a room of ρ = 0.9999 round.
+/// Least mean share that surfaces absorb and openings let out. Below it a packet meets more than 10,000 surfaces, and even pilots do not
+/// end within a reasonable time. It is slightly below one ten-thousandth, because sums over a room with ρ = 0.9999 round.
 const LEAST_ABSORBED: f64 = 0.9999e-4;
 
-/// Looks at boxes and triangles in all, and what each triangle and luminaire adds: some seconds' work.
+/// Tests of boxes and triangles in all, and additional tests per triangle and luminaire: a few seconds' work.
 const STEPS: u64 = 100_000_000;
 const STEPS_A_THING: u64 = 200;
 
 /// How little of the light in a room is lost.
 #[derive(Clone, Copy, Debug)]
 struct RoomLoss {
-    /// Mean share, by area, that surfaces absorb and openings let out.
+    /// Mean share, weighted by area, that surfaces absorb and openings let out.
     pub share: f64,
-    /// Area of openings in m²; 0 of a closed room.
+    /// Area of openings in m²; 0 for a closed room.
     pub openings_m2: f64,
 }
 
-/// What was found of rooms in which nearly white surfaces stand.
+/// Results of the search for rooms with nearly white surfaces.
 #[derive(Debug, Default)]
 struct Losses {
-    /// Of all rooms about a luminaire the least loss.
+    /// The least loss among all rooms around a luminaire.
     pub least: Option<RoomLoss>,
-    /// Whether all rooms were looked at.
+    /// Whether all rooms were examined.
     pub all_looked_at: bool,
 }
 
-/// Looks for rooms, closed or with small openings, that lose next to nothing of the light in them.
+/// Finds rooms, closed or with small openings, that lose almost none of the light in them.
 fn least_loss(scene: &Scene) -> Losses {
     if scene.surfaces.iter().all(|surface| absorbed_by(scene, surface) >= LEAST_ABSORBED) {
         return Losses { least: None, all_looked_at: true };
@@ -59,7 +59,7 @@ fn least_loss(scene: &Scene) -> Losses {
     Losses { least, all_looked_at: !search.budget.is_spent() }
 }
 
-/// Refuses a scene with a room that loses next to nothing of the light in it.
+/// Refuses a scene with a room that loses almost none of the light in it.
 pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(), SceneError> {
     let losses = least_loss(scene);
     if !losses.all_looked_at {
@@ -96,11 +96,11 @@ pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(
     Ok(())
 }
 
-/// A room about a luminaire.
+/// A room around a luminaire.
 #[derive(Clone, Copy)]
 enum RoomAround<'s> {
     Closed(&'s Shell),
-    /// With openings, and the least share of a luminaire's sky that it takes.
+    /// A room with openings, and the least share of all directions at one of its luminaires that it covers.
     Open(u32, f64),
 }
 
@@ -187,18 +187,18 @@ impl<'s> Search<'s> {
                 sums.add(4.0 * PI * radius_m * radius_m, 1.0);
             }
         }
-        // What is open to a luminaire's sky is lost at the least, however the rim of the opening was understood.
+        // The share of directions that is open at a luminaire is a lower bound of the loss, however the rim of the opening was interpreted.
         let share = (sums.absorbed_m2 / sums.area_m2).max(1.0 - sky_share);
         RoomLoss { share, openings_m2 }
     }
 }
 
-/// Share of the light on a surface's front that it absorbs.
+/// Returns the share of the light on a surface's front that the surface absorbs.
 fn absorbed_by(scene: &Scene, surface: &Surface) -> f64 {
     1.0 - scene.materials[surface.material as usize].law.returned_share()
 }
 
-/// Area, and how much of it absorbs.
+/// An area, and how much of it absorbs.
 #[derive(Default)]
 struct AbsorptionSums {
     area_m2: f64,
@@ -247,7 +247,7 @@ mod tests {
         format!(r#", {{ "name": "chest", "type": "box", "min": {min:?}, "max": {max:?}, "material": "{material}" }}"#)
     }
 
-    /// A grey chest of 10 cm in a room of 80 m² absorbs 0.8 · 0.06 / 80.06 = 6e-4 of it; one of 1 cm a hundredth of that.
+    /// A grey chest of 10 cm in a room of 80 m² absorbs 0.8 · 0.06 / 80.06 = 6e-4 of the light; one of 1 cm absorbs a hundredth of that.
     #[test]
     fn a_white_room_needs_enough_that_absorbs_in_it() {
         assert!(read(1.0, &chest([1.0, 1.0, 1.0], 0.1, "grey")).is_ok());
@@ -263,7 +263,7 @@ mod tests {
         assert!(read(1.0, &chest([5.0, 5.0, 1.0], 1.0, "grey")).is_err());
     }
 
-    /// A room of nine white rectangles, 2 m wide, with a square opening of so many m in the ceiling, and more in it.
+    /// Reads a room of nine white rectangles, 2 m wide, with a square opening of `edge_m` in the ceiling, and more in it.
     fn with_opening(edge_m: f64, rest: &str) -> Result<(), String> {
         let rectangle = |name: &str, origin: [f64; 3], u: [f64; 3], v: [f64; 3]| {
             format!(
@@ -291,7 +291,7 @@ mod tests {
         scene_from_json(&text, None, std::path::Path::new(".")).map(|_| ()).map_err(|error| error.to_string())
     }
 
-    /// Of the 24 m² of a cube, an opening takes so many parts; walks end after the inverse of that.
+    /// The opening takes this part of the 24 m² of a cube; walks end after the inverse of it.
     #[test]
     fn an_opening_counts_as_what_absorbs_all() {
         for part in [1e-2, 1e-3, 2e-4] {
@@ -301,16 +301,16 @@ mod tests {
             let refused = with_opening((24.0f64 * part).sqrt(), "").expect_err("nearly closed");
             assert!(refused.contains("openings") && refused.contains("nearly so"), "{refused}");
         }
-        // What stands in the room counts as in a closed one: a grey chest of 1 dm is enough, one that is as white is not.
+        // Things in the room count as in a closed room: a grey chest of 1 dm suffices, a white one does not.
         assert!(with_opening(1e-3, &chest([0.2, 0.2, 0.2], 0.1, "grey")).is_ok());
         assert!(with_opening(1e-3, &chest([0.2, 0.2, 0.2], 0.1, "white")).is_err());
-        // A white sheet has a back, which absorbs; one with two white sides has not, and closes nothing.
+        // A white one-sided sheet has a back, which absorbs. A sheet with two white sides has none, and encloses nothing.
         let sheet = r#", { "name": "sheet", "type": "rectangle", "origin": [0.5,0.5,0.5], "u": [0.5,0,0], "v": [0,0.5,0], "material": "white" }"#;
         assert!(with_opening(1e-3, sheet).is_ok());
         assert!(with_opening(1e-3, &sheet.replace(r#""material""#, r#""two_sided": true, "material""#)).is_err());
     }
 
-    /// White things about which light is free are none of its rooms.
+    /// White things that light can pass around freely do not form a room.
     #[test]
     fn white_things_in_the_open_are_read() {
         let read = |geometry: &str, height: f64| {
@@ -334,7 +334,7 @@ mod tests {
         );
     }
 
-    /// The back of a single sheet absorbs all that falls on it.
+    /// The back of a one-sided sheet absorbs all light that falls on it.
     #[test]
     fn backs_of_sheets_absorb() {
         let sheet = r#", { "name": "sheet", "type": "rectangle", "origin": [1,1,1], "u": [1,0,0], "v": [0,1,0], "material": "white" }"#;

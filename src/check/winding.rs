@@ -1,19 +1,19 @@
-//! Winding numbers of closed shells in a time that grows with the root of their triangles' number.
+//! Winding numbers of closed shells, in a time that grows with the square root of their number of triangles.
 
 use glam::DVec3;
 
 use super::box_tree::{Box3, Budget};
 
-/// Triangles that are looked at one by one.
+/// Largest number of triangles that are tested one by one.
 const LEAF: usize = 16;
 
 /// The triangles of a closed shell in a tree of boxes.
 ///
-/// For a point outside of a box, the triangles in the box make the same solid angle as any other surface in the box
-/// with the same rim: here the fan from the box's middle over the edges of the rim, which are far fewer.
+/// For a point outside of a box, the triangles in the box have the same solid angle as any other surface in the box with the same rim. Here
+/// that surface is the fan from the box's middle over the edges of the rim, which are far fewer.
 ///
-/// Source: A. Jacobson, L. Kavan, O. Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized Winding
-/// Numbers" (2013), section 4.1.
+/// Source: A. Jacobson, L. Kavan, O. Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized Winding Numbers" (2013),
+/// section 4.1.
 #[derive(Clone, Debug)]
 pub(super) struct WindingTree {
     nodes: Vec<WindingNode>,
@@ -24,20 +24,20 @@ pub(super) struct WindingTree {
 struct WindingNode {
     low_m: DVec3,
     high_m: DVec3,
-    /// Edges of the rim, each as often as the triangles pass it one way more than the other.
+    /// Edges of the rim. Each is repeated as often as the triangles use it more in one direction than in the other.
     rim: Vec<[DVec3; 2]>,
-    /// The triangles of a leaf.
+    /// The triangles of a leaf: index of the first, and their number.
     first: usize,
     count: usize,
-    /// The second child of an inner node; the first follows the node itself.
+    /// The second child of an inner node; the first child follows the node itself.
     second: usize,
 }
 
-/// Directed edges by their vertices, counted.
+/// Directed edges, given by their vertices, with their counts.
 type Rim = Vec<(u32, u32, i32)>;
 
 impl WindingTree {
-    /// A tree over triangles by their vertices; `place_m` tells where a vertex is.
+    /// Builds a tree over triangles given by their vertices; `place_m` returns the position of a vertex.
     pub fn of(triangles: Vec<[u32; 3]>, place_m: impl Fn(u32) -> DVec3) -> WindingTree {
         let mut tree = WindingTree { nodes: Vec::new(), triangles: Vec::with_capacity(triangles.len()) };
         let mut items: Vec<([u32; 3], DVec3)> =
@@ -87,8 +87,8 @@ impl WindingTree {
         rim
     }
 
-    /// The solid angle in sr, with its sign, that the shell makes at a point off its surface; each triangle, edge and node that
-    /// is looked at is a step of the budget.
+    /// Returns the signed solid angle in sr of the shell at a point off its surface. Each tested triangle, edge and node costs one step of
+    /// the budget.
     pub fn solid_angle_sr(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         let mut sum_sr = 0.0;
         let mut open = vec![0];
@@ -112,7 +112,7 @@ impl WindingTree {
         sum_sr
     }
 
-    /// A distance in m from a point within which no triangle lies: that to the nearest box of a leaf.
+    /// Returns a distance in m such that no triangle is nearer to the point: the distance to the nearest box of a leaf.
     pub fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         let distance_m = |node: &WindingNode| point_m.distance(point_m.clamp(node.low_m, node.high_m));
         let mut nearest_m = f64::INFINITY;
@@ -130,7 +130,7 @@ impl WindingTree {
                 nearest_m = away_m;
                 continue;
             }
-            // The nearer child is looked at first.
+            // The nearer child is examined first.
             let children = [number + 1, node.second];
             let [one_m, other_m] = children.map(|child| distance_m(&self.nodes[child]));
             open.extend(if one_m < other_m { [children[1], children[0]] } else { children });
@@ -138,7 +138,7 @@ impl WindingTree {
         nearest_m
     }
 
-    /// Whether a triangle may come as near to a box as `tolerance_m`: neither the axes nor the triangle's plane part them.
+    /// Whether a triangle may come within `tolerance_m` of a box: neither the axes nor the triangle's plane separate them.
     pub fn may_cut(&self, [low_m, high_m]: Box3, tolerance_m: f64, budget: &mut Budget) -> bool {
         let (low_m, high_m) = (low_m - tolerance_m, high_m + tolerance_m);
         let (middle_m, half_m) = (low_m.midpoint(high_m), 0.5 * (high_m - low_m));
@@ -151,7 +151,7 @@ impl WindingTree {
         self.any(is_near, budget, cuts)
     }
 
-    /// Whether a triangle comes as near to a point as `tolerance_m`, by the distance that is given.
+    /// Whether a triangle comes within `tolerance_m` of a point, by the given distance function.
     pub fn any_near(
         &self,
         point_m: DVec3,
@@ -165,7 +165,7 @@ impl WindingTree {
         self.any(is_near, budget, |triangle| distance_m(*triangle) <= tolerance_m)
     }
 
-    /// Whether a triangle in a box that is near is what is looked for, as far as the budget goes.
+    /// Whether a triangle in a box that `is_near` accepts satisfies `is_found`, as far as the budget suffices.
     fn any(
         &self,
         is_near: impl Fn(&WindingNode) -> bool,
@@ -192,7 +192,7 @@ impl WindingTree {
     }
 }
 
-/// Solid angle of a triangle as seen from a point, in sr; positive where the point sees its back.
+/// Returns the solid angle of a triangle as seen from a point, in sr; positive where the point sees its back.
 ///
 /// Source: A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane Triangle" (1983).
 fn triangle_sr(corners: [DVec3; 3], point_m: DVec3) -> f64 {
@@ -203,7 +203,7 @@ fn triangle_sr(corners: [DVec3; 3], point_m: DVec3) -> f64 {
     2.0 * volume.atan2(cosine)
 }
 
-/// Edges that are passed one way more often than the other.
+/// Returns the edges that are used more often in one direction than in the other.
 fn netted(mut edges: Rim) -> Rim {
     edges.sort_unstable();
     let sums = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1));
@@ -229,7 +229,7 @@ mod tests {
             let whole: f64 = triangles.iter().map(|triangle| triangle_sr(corners(*triangle), point)).sum();
             let found = tree.solid_angle_sr(point, &mut Budget::of_steps(u64::MAX));
             assert!((found - whole).abs() < 1e-10, "{point}: {found} for {whole}");
-            // Triangles lie a little within the sphere, and boxes of leaves reach further in.
+            // The triangles lie slightly inside the sphere, and boxes of leaves extend further in.
             let clear_m = tree.clear_m(point, &mut Budget::of_steps(u64::MAX));
             let away_m = (point.distance(DVec3::new(0.3, 0.2, 0.1)) - 1.0).abs();
             assert!(clear_m <= away_m + 0.01 && (away_m < 0.5 || clear_m > 0.0), "{point}: {clear_m} of {away_m}");

@@ -1,4 +1,4 @@
-//! Meshes made to be hard: what the checks do on them is counted, in looks at boxes and triangles.
+//! Meshes that are made to be difficult. The work of the checks on them is counted in tests of boxes and triangles.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -13,11 +13,11 @@ use super::shells::{self, Shell};
 use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json};
 use crate::scene::Scene;
 
-/// Looks that every search may take on whatever mesh, and what each triangle, solid or point may add.
+/// Limits of the number of tests of each search on any mesh, and of the additional tests per triangle, solid or point.
 const MOST_STEPS: u64 = 250_000_000;
 const MOST_STEPS_EACH: u64 = 400;
 
-/// A scene of one mesh with a lamp above it.
+/// Makes a scene of one mesh with a lamp above it.
 fn scene_of(obj: &str) -> Scene {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("mesh.obj"), obj).expect("written");
@@ -27,7 +27,7 @@ fn scene_of(obj: &str) -> Scene {
     scene_from_json(text, None, folder.path()).expect("a valid scene")
 }
 
-/// Triangles about one vertex, in one plane or on a wavy cone.
+/// Makes triangles around one vertex, in one plane or on a wavy cone.
 fn fan(count: u32, height: f64) -> String {
     let mut obj = String::from("v 0 0 0\n");
     for number in 0..count {
@@ -40,7 +40,7 @@ fn fan(count: u32, height: f64) -> String {
     obj
 }
 
-/// One triangle many times over, with vertices of its own each time or not.
+/// Makes one triangle many times over, each with its own vertices or all with the same.
 fn copies(count: u32, own_vertices: bool) -> String {
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     if !own_vertices {
@@ -49,12 +49,12 @@ fn copies(count: u32, own_vertices: bool) -> String {
     format!("{corners}f -3 -2 -1\n").repeat(count as usize)
 }
 
-/// Tetrahedra about each other.
+/// Makes nested tetrahedra.
 fn shells_about_each_other(count: u32) -> String {
     shells_facing(count, |_| true)
 }
 
-/// The same, some of which face outward and the others inward.
+/// Makes nested tetrahedra of which some face outward and the others inward.
 fn shells_facing(count: u32, outward: impl Fn(u32) -> bool) -> String {
     (0..count)
         .map(|number| {
@@ -70,7 +70,7 @@ fn shells_facing(count: u32, outward: impl Fn(u32) -> bool) -> String {
         .collect()
 }
 
-/// Rectangles that lie on each other, each a little further.
+/// Makes rectangles that lie on each other, each shifted a little further.
 fn layers(count: u32) -> String {
     (0..count)
         .map(|number| {
@@ -91,7 +91,7 @@ fn assert_bounded(found: &Inspection, triangles: usize) {
 
 #[test]
 fn a_fan_about_one_vertex_takes_few_looks_a_triangle_or_is_given_up() {
-    // Out of one plane every look ends; in one plane the boxes of most slivers overlap, and it is told that not all were seen.
+    // Out of one plane every search ends. In one plane the boxes of most slivers overlap, and the incomplete search is reported.
     let found = inspect(&scene_of(&fan(100_000, 0.3)));
     assert!(found.mesh.overlaps_looked_for && found.mesh.t_junctions_looked_for);
     assert!(found.mesh.steps < 1000 * 100_000, "{} steps", found.mesh.steps);
@@ -119,7 +119,7 @@ fn layers_in_one_plane_are_counted_as_far_as_it_is_looked() {
     assert!(!found.mesh.overlaps_looked_for && found.mesh.overlapping_triangles.count > 10_000);
     assert!(scene.warnings.iter().any(|warning| warning.contains("at least") && warning.contains("cover each other")));
     assert_bounded(&found, 10_000);
-    // Few layers are counted out: of the four pairs of two layers' triangles, one is parted by the diagonals.
+    // Few layers are counted completely. Of the four pairs of two layers' triangles, the diagonals separate one.
     let found = inspect(&scene_of(&layers(50)));
     assert!(found.mesh.overlaps_looked_for);
     assert_eq!(found.mesh.overlapping_triangles.count, 3 * 50 * 49 / 2);
@@ -139,7 +139,7 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
     assert!(!found.all_looked_at && found.count > 1000);
     assert!(budget.taken() <= MOST_STEPS + MOST_STEPS_EACH * 20_000, "{} steps", budget.taken());
 
-    // A point in all of them is told by the smallest; points in all boxes and in no shell take longer.
+    // The smallest shell decides for a point in all of them. Points in all boxes but in no shell take longer.
     let solids = SolidsAsked::of(&shells, size_m);
     let (inside, steps) = solids.holding(&[DVec3::ZERO]);
     assert!(inside == [true] && steps < 300_000, "{inside:?}, {steps} steps");
@@ -150,7 +150,7 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
 
 #[test]
 fn a_great_many_points_among_many_shells_take_few_looks_each() {
-    // Every other shell faces inward. A row of points crosses each of them twice; a block of points lies beside most.
+    // Every second shell may face inward. A row of points crosses each of them twice; a block of points lies beside most of them.
     for facing in [1, 2] {
         let scene = scene_of(&shells_facing(300, |number| number % facing == 0));
         let shells = closed_shells_of_geometries(&scene);
@@ -165,10 +165,10 @@ fn a_great_many_points_among_many_shells_take_few_looks_each() {
         let points_m: Vec<DVec3> = row.chain(block).collect();
         let (inside, steps) = solids.holding(&points_m);
         assert_eq!(inside.len(), points_m.len());
-        // A look at every shell for every point takes some 2,000.
+        // Testing every shell for every point would take about 2,000.
         assert!(steps < 100 * points_m.len() as u64, "{steps} steps for {} points", points_m.len());
 
-        // The smallest shell that lies around a point tells, asked for alone.
+        // The smallest shell around a point, found without the search, gives the expected answer.
         let mut by_size: Vec<&Shell> = shells.iter().collect();
         by_size.sort_by(|one, other| one.volume_m3.abs().total_cmp(&other.volume_m3.abs()));
         let encloses = |shell: &Shell, point_m: DVec3| {
@@ -187,7 +187,7 @@ fn a_great_many_points_among_many_shells_take_few_looks_each() {
 
 #[test]
 fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_goes() {
-    // Every shell has a face in one plane, and all points lie in all of these faces: no box parts them.
+    // Every shell has a face in one plane, and all points lie in all of these faces, so no box separates them.
     let shell = |number: u32| {
         let r = 2.0 + 1e-4 * f64::from(number);
         format!("v {r} 0 0\nv -{r} {r} 0\nv -{r} -{r} 0\nv 0 0 -{r}\nf -4 -3 -2\nf -4 -1 -3\nf -4 -2 -1\nf -3 -1 -2\n")
@@ -204,7 +204,7 @@ fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_g
 
 #[test]
 fn a_mesh_that_twice_as_many_triangles_make_takes_hardly_more_than_twice_the_looks() {
-    // Rectangles apart from each other: a wall of tiles, of which every edge is open.
+    // Separate rectangles: a wall of tiles with only open edges.
     let tiles = |across: u32| -> String {
         let tile = |number: u32| {
             let (x, y) = (1.5 * f64::from(number % across), 1.5 * f64::from(number / across));
@@ -224,7 +224,7 @@ fn a_mesh_that_twice_as_many_triangles_make_takes_hardly_more_than_twice_the_loo
 
 #[test]
 fn geometry_finds_its_names_at_once_however_many_there_are() {
-    // A name that is given twice or leads nowhere is told as before; of two thousand surfaces each lamp finds its own.
+    // Duplicate and unknown names are reported as before. Of two thousand surfaces each lamp finds its own.
     let rectangle = |number: u32| {
         format!(
             r#"{{ "name": "r{number}", "type": "rectangle", "origin": [{number},0,0], "u": [0.5,0,0], "v": [0,1,0], "material": "m{}" }}"#,

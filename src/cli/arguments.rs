@@ -1,4 +1,4 @@
-//! The commands and where each is described.
+//! The subcommands of the program, with the arguments of each.
 
 use clap::{Parser, Subcommand};
 

@@ -1,5 +1,5 @@
-//! What a scene takes whatever is computed: reading and checking it, making it ready for rays, writing. Told before the work where a time
-//! limit is shorter.
+//! Estimates the time that a scene takes whatever is computed: reading, checking, making it ready for rays, and writing. The user
+//! gets a warning before the work if a time limit is shorter.
 
 use std::fs::{metadata, read};
 use std::path::Path;
@@ -11,33 +11,33 @@ use super::kept_back::Work;
 use super::number_text::time;
 use super::patience::latest_s;
 
-/// Seconds of one core of some 2 GHz for reading and checking, and for the rest: making ready, a first look, and writing. Measured on
-/// 100,000 rectangles, a million luminaires of one array and of one entry each, meshes of 0.5 to 5.8 million triangles, a million points
-/// and photometric files of 8 to 55 MB (`docs/performance.md`).
+/// Seconds of one core of about 2 GHz: first for reading and checking, then for the rest (making ready, a first error check and
+/// writing). Measured on 100,000 rectangles and on a million luminaires, of one array and of one entry each. Also measured on
+/// meshes of 0.5 to 5.8 million triangles, on a million points, and on photometric files of 8 to 55 MB (`docs/performance.md`).
 type Seconds = [f64; 2];
 const A_LUMINAIRE: Seconds = [4.5e-6, 4e-6];
 const A_GEOMETRY: Seconds = [32e-6, 35e-6];
 const A_TRIANGLE_OF_A_MESH: Seconds = [2.7e-6, 4e-6];
 const A_BYTE_OF_TEXT: Seconds = [40e-9, 0.0];
 const A_POINT: Seconds = [0.2e-6, 0.0];
-/// The same seconds of what comes after computing, of an element side, a point and a receiver set whose map is computed: judging, tables,
-/// a model and the page.
+/// Seconds of one core for the work after computing (judging, tables, a model and the page): for one element side, one point and
+/// one receiver set whose map is computed.
 const AN_ELEMENT_S: f64 = 14e-6;
 const A_POINT_S: f64 = 8e-6;
 const A_SET_S: f64 = 120e-6;
 
-/// Reading that takes as long as this tells how fast a machine is.
+/// Reading that is expected to take longer than this, in s, shows how fast the machine is.
 const TELLING_S: f64 = 0.1;
 
-/// Bytes that a triangle of a closed mesh takes in a file, by its ending.
+/// Bytes of a file for each triangle of a closed mesh, by the file's extension.
 const BYTES_OF_A_TRIANGLE: [(&str, f64); 4] = [("gltf", 18.0), ("glb", 18.0), ("ply", 19.0), ("stl", 50.0)];
 const BYTES_OF_AN_OBJ_TRIANGLE: f64 = 36.0;
 
-/// Luminaires that a scene may have, and points.
+/// Largest numbers of luminaires and of points that a scene may have.
 const MOST_LUMINAIRES: f64 = 1e6;
 const MOST_POINTS: f64 = 4e6;
 
-/// As much of a scene file as tells how large the scene is.
+/// The parts of a scene file from which the size of the scene is estimated.
 #[derive(Deserialize)]
 struct Outline {
     #[serde(default)]
@@ -76,7 +76,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// Which maps are computed, by their kinds.
+/// The kinds of maps that are computed.
 #[derive(Clone, Copy)]
 pub struct Kinds {
     elements: bool,
@@ -84,7 +84,7 @@ pub struct Kinds {
 }
 
 impl Kinds {
-    /// Of what `--maps` asks for.
+    /// The kinds of maps that `--maps` names.
     pub fn of(maps: Option<&str>) -> Kinds {
         match maps {
             None | Some("all") => Kinds { elements: true, receivers: true },
@@ -96,21 +96,21 @@ impl Kinds {
     }
 }
 
-/// What a scene takes, by its file and the sizes of those that it names.
+/// Estimated work of a scene, from its file and from the sizes of the files that it names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beforehand {
     reading_s: f64,
     readying_s: f64,
-    /// Element sides, points and sets whose maps are computed.
+    /// Element sides, points and receiver sets whose maps are computed.
     sides: f64,
     points: f64,
     sets: f64,
 }
 
 impl Beforehand {
-    /// Of a scene file; `None` where it cannot be read as one, which the reader will tell.
+    /// Estimates the work of a scene file. Returns `None` if the file cannot be read as a scene; the reader reports that later.
     pub fn of(scene: &Path, kinds: Kinds) -> Option<Beforehand> {
-        // A device or a pipe is the reader's to refuse.
+        // The reader refuses a device or a pipe.
         metadata(scene).ok().filter(|data| data.is_file())?;
         let bytes = read(scene).ok()?;
         let outline: Outline = serde_json::from_slice(&bytes).ok()?;
@@ -123,7 +123,7 @@ impl Beforehand {
             triangles += count;
             sides += if geometry.two_sided { 2.0 * count } else { count };
         }
-        // More are refused. A photometric file that many share is read once.
+        // The reader refuses larger counts. A photometric file that several luminaires share is read once.
         let luminaires = outline.luminaires.iter().map(|array| array.len(MOST_LUMINAIRES)).sum::<f64>();
         let points = outline.receivers.iter().map(|array| array.len(MOST_POINTS)).sum::<f64>();
         let mut tables: Vec<&String> =
@@ -150,27 +150,28 @@ impl Beforehand {
         })
     }
 
-    /// The same with as many element sides as the scene has, once it is read: of a surface that is cut finely a file says little.
+    /// The same estimate with the true number of element sides, which is known once the scene is read. A file alone does not show
+    /// how finely a surface is divided.
     pub fn with_sides(self, sides: usize) -> Beforehand {
         Beforehand { sides: sides as f64, ..self }
     }
 
-    /// What the run does beside reading and computing, files left out.
+    /// The work of the run besides reading and computing, without the number of files.
     pub fn work(&self) -> Work {
         Work { readying_s: self.readying_s, ending_s: self.ending_s(), files: 0 }
     }
 
-    /// Seconds of one core for what comes after computing.
+    /// Seconds of one core for the work after computing.
     fn ending_s(&self) -> f64 {
         self.sides * AN_ELEMENT_S + self.points * A_POINT_S + self.sets * A_SET_S
     }
 
-    /// The same with making ready before it.
+    /// The same, with making ready before it.
     fn rest_s(&self) -> f64 {
         self.readying_s + self.ending_s()
     }
 
-    /// What is told before reading where a limit is shorter than all that.
+    /// The warning before reading, if the time limit is shorter than the estimated total.
     pub fn line(&self, limit_s: f64) -> Option<String> {
         let comes_to = match self.reading_s {
             reading_s if reading_s > latest_s(limit_s) => "ends the run while it reads, and nothing will be written",
@@ -187,13 +188,13 @@ impl Beforehand {
         })
     }
 
-    /// Seconds of one core for reading and checking, and for the rest.
+    /// Seconds of one core: for reading and checking, and for the rest.
     pub fn seconds(&self) -> [f64; 2] {
         [self.reading_s, self.rest_s()]
     }
 
-    /// How many times as long as on a usual core work takes where reading took so long, or else by a trial; reading that takes next to
-    /// nothing tells nothing of a machine.
+    /// How many times longer the work takes here than on a usual core, from the measured time of reading. If reading is too short
+    /// to show the speed of the machine, `trial` measures it.
     pub fn slowness(&self, read_s: f64, trial: impl FnOnce() -> f64) -> f64 {
         if self.reading_s > TELLING_S { read_s / self.reading_s } else { trial() }
     }
@@ -243,25 +244,26 @@ mod tests {
         let receivers = Kinds::of(Some("receivers"));
         assert!(mesh(4 << 20, receivers).rest_s() < 0.5 * mesh(4 << 20, Kinds::of(Some("desk, elements"))).rest_s());
 
-        // A rectangle that is cut into a million elements is one geometry in its file. Where reading takes nothing the rest is what it is.
+        // A rectangle that is divided into a million elements is one geometry in its file. Reading takes no time here, so the trial
+        // decides.
         let floor = of(r#"{ "geometry": [ { "name": "floor" } ], "luminaires": [] }"#, &[], ALL).expect("read");
         assert_eq!(floor.slowness(0.02, || 1.5), 1.5);
         assert!(floor.rest_s() < 1e-3);
         let ending_s = floor.with_sides(1_000_000).work().ending_s;
         assert!((ending_s - 1e6 * AN_ELEMENT_S).abs() < 0.01, "{ending_s}");
 
-        // Ten thousand sets of a point each take longer than their points alone do.
+        // Ten thousand sets of one point each take longer than their points alone.
         let sets = vec![r#"{ "name": "a", "type": "points" }"#; 10_000].join(",");
         let sets = of(&format!(r#"{{ "receivers": [ {sets} ] }}"#), &[], ALL).expect("read");
         assert!(sets.ending_s() > 5.0 * 10_000.0 * A_POINT_S, "{sets:?}");
 
-        // Points and what luminaires say of themselves, read once where many share it.
+        // A file of points counts with its size. A photometric file that two luminaires share is read once.
         let text =
             r#"{ "luminaires": [ { "file": "a.ies" }, { "file": "a.ies" } ], "receivers": [ { "file": "p.csv" } ] }"#;
         let tables = of(text, &[("a.ies", 1 << 20), ("p.csv", 1 << 20)], ALL).expect("read");
         assert!((tables.reading_s - 2.0 * 1.048_576 * 0.04).abs() < 1e-3, "{tables:?}");
 
-        // What is no scene is the reader's to refuse.
+        // The reader refuses a file that is no scene.
         assert_eq!((of("{", &[], ALL), of(r#"{ "geometry": 3 }"#, &[], ALL)), (None, None));
     }
 }

@@ -1,4 +1,4 @@
-//! Checkpoints of a run: where they are written, how often, and what is told of them.
+//! Checkpoints of a run: where and how often they are written, and which messages report them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -15,14 +15,14 @@ use crate::output::{
 };
 use crate::solver::{GoingOn, Keeper, Progress, RunState, Solution, StopReason};
 
-/// Seconds between two checkpoints where nothing else is asked for.
+/// Default seconds between two checkpoints.
 pub const USUAL_INTERVAL_S: f64 = 60.0;
-/// Share of a run that writing may take: where it takes more, it is done less often.
+/// Largest share of a run's time that writing may take. If writing takes more, checkpoints become less frequent.
 const MOST_SHARE: f64 = 0.02;
-/// Reasons after which a run has no work left that was asked for.
+/// Stop reasons after which a run has done all the work that was requested.
 const DONE: [StopReason; 4] = [StopReason::TargetMet, StopReason::Chains, StopReason::Exact, StopReason::FinestMesh];
 
-/// Writes a run's checkpoints.
+/// Writes the checkpoints of a run.
 pub struct CheckpointKeeper {
     path: PathBuf,
     interval_s: f64,
@@ -34,23 +34,23 @@ pub struct CheckpointKeeper {
 /// The latest checkpoint.
 #[derive(Clone, Copy, Default)]
 struct Written {
-    /// Seconds after which it was on the disk, and that it took.
+    /// Seconds from the start of the process at which it was on the disk, and seconds that writing took.
     at_s: f64,
     took_s: f64,
-    /// Checkpoints so far, seconds that all took, and whether the latest could not be written.
+    /// Number of checkpoints so far, seconds that writing all of them took, and whether the latest could not be written.
     count: u32,
     all_s: f64,
     has_failed: bool,
 }
 
 impl CheckpointKeeper {
-    /// Keeps a run of a process that started at `started`, every so many seconds.
+    /// Writes checkpoints at an interval in s, for a run of a process that started at `started`.
     pub fn new(path: PathBuf, interval_s: Option<f64>, started: Instant, header: CheckpointHeader) -> CheckpointKeeper {
         let written = Mutex::new(Written { at_s: started.elapsed().as_secs_f64(), ..Written::default() });
         CheckpointKeeper { path, interval_s: interval_s.unwrap_or(USUAL_INTERVAL_S), started, header, written }
     }
 
-    /// What is told once the run has ended: of a run with work left, how it goes on.
+    /// The message at the end of a run. If work is left, it gives the command that resumes the run.
     pub fn closing_line(&self, solution: &Solution) -> Option<String> {
         let written = *self.written.lock().ok()?;
         if written.has_failed {
@@ -96,7 +96,7 @@ impl Keeper for CheckpointKeeper {
         match outcome {
             Ok(()) => (written.count, written.has_failed) = (written.count + 1, false),
             Err(error) => {
-                // Told once: the run goes on, and what was written before stays.
+                // The warning appears once: the run goes on, and the earlier checkpoint stays.
                 if !written.has_failed {
                     console::message(&format!(
                         "warning: the checkpoint {} cannot be written ({error}): the run goes on, and tries again",
@@ -109,11 +109,12 @@ impl Keeper for CheckpointKeeper {
     }
 }
 
-/// Refuses what cannot be kept, before the run: methods that do not go by rounds of rays, and a file that must not or cannot be written.
+/// Refuses, before the run, a checkpoint that cannot work. The method must compute in rounds of rays, and the file must be free and
+/// writable.
 ///
 /// # Errors
 ///
-/// Each with a remedy.
+/// The reason, with a remedy.
 pub fn check(path: &Path, method: MethodChoice) -> Result<(), Failure> {
     if let Some(name) = method.name_without_chains() {
         return refuse(
@@ -155,14 +156,14 @@ pub fn check(path: &Path, method: MethodChoice) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Proves that a checkpoint can be written.
+/// Proves that a checkpoint can be written at this path.
 ///
 /// # Errors
 ///
-/// What the system answers.
+/// The answer of the system.
 pub fn prove(path: &Path) -> Result<(), Failure> {
     prove_checkpoint(path).or_else(|error| {
-        // The name of the file that was tried says nothing to anybody.
+        // The name of the temporary probe file would mean nothing to the user.
         let error = error.to_string();
         let reason = error.split(" at path ").next().unwrap_or_default();
         refuse(
@@ -174,11 +175,11 @@ pub fn prove(path: &Path) -> Result<(), Failure> {
     })
 }
 
-/// The state that a run goes on from, if its scene is the same.
+/// Returns the state from which a run resumes, if its scene is unchanged.
 ///
 /// # Errors
 ///
-/// A scene that has changed, and a state that is not the one that was written.
+/// The scene has changed, or the state is not the one that was written.
 pub fn take_up(resumption: &Resumption, digest: String) -> Result<GoingOn, SealedError> {
     let file = &resumption.file;
     if digest != file.header.scene_digest {
@@ -193,7 +194,7 @@ pub fn take_up(resumption: &Resumption, digest: String) -> Result<GoingOn, Seale
     Ok(GoingOn { kept: file.state()?, time_limit_s: resumption.time_limit_s })
 }
 
-/// What the checkpoints of a run tell of it, from the scene's digest, its file, its name and the directory of the results.
+/// The header of a run's checkpoints, from the digest of the scene, the scene file, its name and the directory of the results.
 pub fn header(
     scene_digest: String,
     [scene_file, name, out]: [&PathBuf; 3],
@@ -220,12 +221,12 @@ fn refuse(what: &str, got: String, expected: &str, remedy: &str) -> Result<(), F
     Err(Failure::Usage { what, got, expected, remedy })
 }
 
-/// Whether a run has done what it was asked to.
+/// Whether the run has done all that was requested.
 fn is_done(file: &CheckpointFile) -> bool {
     DONE.iter().any(|reason| file.header.stop_reason.as_deref() == Some(reason.name()))
 }
 
-/// Whose checkpoint it is, and how far it is.
+/// Describes a checkpoint: its run, and how far the run has come.
 pub fn words_on(file: &CheckpointFile) -> String {
     let header = &file.header;
     let error = header.estimated_error.map_or(String::new(), |error| format!(", error {}", percent(error)));

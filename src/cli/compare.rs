@@ -22,7 +22,7 @@ Every map of points or elements that the case compares is computed with more and
 used up, and judged against the exact map each time. A scene without an exact solution is judged by a long run of it, such as
 luxmc solve scenes/office.json --method collision --seed 1000 --target-error 0.1% --out out/long";
 
-/// The examples and the studies that there are.
+/// The examples and the list of studies, shown at the end of the help text.
 fn after_help() -> String {
     let list: Vec<String> = STUDIES.iter().map(|study| format!("  {:<23}{}", study.name, study.title)).collect();
     format!(
@@ -100,7 +100,7 @@ impl CompareArguments {
     }
 }
 
-/// Compares.
+/// Runs the comparison.
 pub fn run(arguments: &CompareArguments) -> Outcome {
     let (study_names, names): (Vec<String>, Vec<String>) = match arguments.truth {
         None => arguments.names.iter().cloned().partition(|name| !studies_named(name).is_empty()),
@@ -152,7 +152,7 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
     Ok(Exit::Done)
 }
 
-/// Runs the studies that names stand for, each once.
+/// Runs the studies that the names select, each once.
 fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Findings>, Failure> {
     let is_asked =
         |study: &&Study| names.iter().any(|name| studies_named(name).iter().any(|other| other.name == study.name));

@@ -1,4 +1,4 @@
-//! `luxmc completions`: what a shell needs to complete commands and options.
+//! `luxmc completions`: the script that lets a shell complete commands and options.
 
 use clap::{Args, Command};
 use clap_complete::Shell;
@@ -24,7 +24,7 @@ pub struct CompletionsArguments {
 
 /// Prints the completions of a program.
 pub fn run(arguments: &CompletionsArguments, program: Command) -> Outcome {
-    // The parsers of these options are functions, which tell a shell nothing of their words.
+    // These options are parsed by functions, which do not list their possible words to a shell.
     let mut program = program.mut_subcommands(|command| {
         command.mut_args(|option| match words_of(option.get_id().as_str()) {
             Some(words) => option.value_parser(words),

@@ -1,14 +1,14 @@
-//! The two streams: results to the standard output, everything else to standard error.
+//! The two output streams: results go to the standard output, everything else to standard error.
 
 use std::io::{ErrorKind, Write};
 
 use super::Failure;
 
-/// Writes results to the standard output. A reader that has gone away (`luxmc … | head`) is no error.
+/// Writes results to the standard output. A reader that has closed the pipe (`luxmc … | head`) is no error.
 ///
 /// # Errors
 ///
-/// Any other refusal, such as a full disk behind a redirection.
+/// Any other failure, such as a full disk behind a redirection.
 pub fn result(text: &str) -> Result<(), Failure> {
     let mut output = std::io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
@@ -17,7 +17,7 @@ pub fn result(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to standard error; where nobody listens there is nobody to tell.
+/// Writes a line to standard error. A failure is ignored, since nobody would see its message.
 pub fn message(line: &str) {
     writeln!(std::io::stderr().lock(), "{line}").ok();
 }

@@ -1,4 +1,4 @@
-//! `luxmc convert`: a model of another program as a scene to be edited.
+//! `luxmc convert`: turns another program's model into a scene for editing.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::check::{BURIED, scene_from_json};
 use crate::output::{ResultFile, write_files};
 use crate::scene::{ProposedMaterial, STAND_IN, allow_large_files, is_radiance, propose_radiance_scene, propose_scene};
 
-/// What the command does, at length.
+/// Long help text of the command.
 pub const ABOUT: &str = "\
 Makes a scene file of a model (OBJ, glTF, GLB, STL, PLY, or Radiance's .rad), to be edited. Meshes stay in their file, which the scene
 names; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on
@@ -73,7 +73,7 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
     let title = named.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut text = format!("{:#}\n", proposal.scene_file(&title));
 
-    // What the scene lacks is told at once; it is there to be edited in any case.
+    // Faults of the scene are reported at once. The file is written in any case, since the user will edit it.
     let mut checked = scene_from_json(&text, Some(out), folder);
     if let Ok(scene) = &mut checked {
         let is_told = |warning: &String| warning.starts_with(&format!("{STAND_IN}: {BURIED}"));
@@ -115,7 +115,7 @@ fn not_one_model(models: &[&Path]) -> Failure {
     }
 }
 
-/// The model's name as a scene in a folder has it: relative where it lies in or below it.
+/// The model's name as a scene in a folder refers to it: relative if the model lies in that folder or below it.
 fn name_from(folder: &Path, model: &Path) -> String {
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let model = whole(model);
@@ -129,7 +129,7 @@ fn table(materials: &[ProposedMaterial]) -> String {
     text_table(&["material", "surfaces", "in the scene", "known"], &[0, 2, 3], rows)
 }
 
-/// A material's keys in a line.
+/// Describes a material's keys in one line.
 fn words(law: &Value) -> String {
     let Some(keys) = law.as_object() else { return String::new() };
     let word = |(key, value): (&String, &Value)| match value {

@@ -1,4 +1,4 @@
-//! `luxmc solve --dry-run`: what a target would take, by pilots alone.
+//! `luxmc solve --dry-run`: forecasts the cost of a target from pilots alone.
 
 use std::time::Instant;
 
@@ -15,13 +15,13 @@ use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver::{DEFAULT_TARGET_ERROR, Expectation, MapSelection, Method, Settings, expectations};
 
-/// Targets that are told beside the one asked for.
+/// Targets that are reported besides the requested one.
 const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Methods that pilots tell of.
+/// Methods whose cost pilots can forecast.
 const PILOTED: [Method; 4] = [Method::Auto, Method::Gather, Method::Collision, Method::Local];
 
-/// Prints what runs of a scene would take: by every method that applies, or by the one that was asked for.
+/// Prints the forecast cost of a scene for every method that applies, or for the requested one.
 pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started: Instant, quiet: bool) -> Outcome {
     let mut targets = TARGETS.to_vec();
     if let Some(target) = settings.target_error.filter(|target| !TARGETS.contains(target)) {
@@ -54,7 +54,8 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
     Ok(super::exit::Exit::Done)
 }
 
-/// Whether a method differs from walks and counts in this scene.
+/// Whether a method differs from collision (walks and counts) in this scene. Local estimation differs only if receiver sets are
+/// computed.
 fn applies(method: Method, scene: &Scene, settings: &Settings) -> bool {
     method != Method::Local || !scene.receivers.is_empty() && settings.maps != MapSelection::Elements
 }
@@ -85,7 +86,7 @@ fn megabytes(bytes: f64) -> String {
     format!("{} MB", significant((bytes / 1e6).max(1.0), 2))
 }
 
-/// Whether a method has pilots.
+/// Refuses a method without pilots.
 pub fn check(method: MethodChoice) -> Result<(), Failure> {
     let Some(name) = method.name_without_chains() else { return Ok(()) };
     Err(Failure::Usage {

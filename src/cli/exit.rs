@@ -1,4 +1,4 @@
-//! Exit codes and what stands behind them.
+//! Exit codes and the failures that cause them.
 
 use std::process::ExitCode;
 
@@ -14,7 +14,7 @@ use crate::year::NotForYear;
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// 0: done; the target is met where one was set.
+    /// 0: done; the target, if one was set, is met.
     Done,
     /// 1: a validation case failed; the report was written.
     CaseFailed,
@@ -41,13 +41,13 @@ impl Exit {
         }
     }
 
-    /// The same as the standard library wants it.
+    /// The same number as the standard library's type.
     pub fn code(self) -> ExitCode {
         ExitCode::from(self.number())
     }
 }
 
-/// Why a command could not do what it was asked to.
+/// The reason why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// A scene file, or a file that it names, was refused.
@@ -59,34 +59,34 @@ pub enum Failure {
     /// A photometric file was refused.
     #[error(transparent)]
     Photometric(#[from] PhotometricError),
-    /// A question that an exact solution has no answer for.
+    /// An exact solution has no answer to the question.
     #[error(transparent)]
     Analytic(#[from] AnalyticError),
-    /// A scene that radiosity cannot compute.
+    /// Radiosity cannot compute the scene.
     #[error(transparent)]
     NotARoom(#[from] NotARoom),
-    /// A scene that light meshes cannot compute.
+    /// Light meshes cannot compute the scene.
     #[error(transparent)]
     NotForLightMesh(#[from] NotForLightMesh),
-    /// A scene that has no year.
+    /// A year cannot be computed for the scene.
     #[error(transparent)]
     NotForYear(#[from] NotForYear),
-    /// Shares that cannot be merged, or a checkpoint that no run can go on from.
+    /// Shares cannot be merged, or no run can resume from the checkpoint.
     #[error(transparent)]
     Sealed(#[from] SealedError),
-    /// Options that do not go together, or not with the scene.
+    /// Options contradict each other or the scene.
     #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
     Usage {
         /// What is wrong.
         what: String,
         /// What was given.
         got: String,
-        /// What could have been given.
+        /// What was expected.
         expected: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
-    /// A study that found no case, scene or room for them.
+    /// A study lacks one of its cases, a scene, or room for its files.
     #[error(
         "the study \"{name}\" cannot be run: {why}\n  needs:    luxmc's folder to be run in, and room in the temporary folder (TMPDIR names another)"
     )]
@@ -99,13 +99,13 @@ pub enum Failure {
     /// Results could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The standard output did not take what was asked for.
+    /// The results could not be written to the standard output.
     #[error("cannot write to the standard output: {0}\n  remedy:   look where it is redirected to")]
     StandardOutput(std::io::Error),
 }
 
 impl Failure {
-    /// How the program ends on it.
+    /// The way in which the program ends on this failure.
     pub fn exit(&self) -> Exit {
         match self {
             Failure::Scene(_)

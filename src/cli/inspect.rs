@@ -1,4 +1,4 @@
-//! `luxmc inspect`: what was read from a scene or a photometric file.
+//! `luxmc inspect`: shows what was read from a scene or a photometric file.
 
 use std::path::{Path, PathBuf};
 
@@ -50,12 +50,12 @@ pub struct InspectArguments {
     skip_check: Vec<MeshCheck>,
 }
 
-/// What programs are told of a scene.
+/// The description of a scene for programs.
 #[derive(Serialize)]
 struct Inspected {
     #[serde(flatten)]
     inspection: Inspection,
-    /// Bytes that a run for all its maps takes, about, without cells.
+    /// Approximate bytes of memory of a run for all maps, without cells.
     memory_bytes: u64,
 }
 
@@ -94,7 +94,7 @@ fn write_plots(directory: &Path, plots: &[Plot]) -> Result<(), Failure> {
     Ok(write_files(directory, &files)?)
 }
 
-/// A tree of JSON values would take many times the memory of what it says.
+/// Serialises directly to text: a tree of JSON values would take many times the memory of its content.
 fn as_text(value: &impl Serialize) -> Result<String, Failure> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Failure::StandardOutput(error.into()))?;
     Ok(text + "\n")
@@ -142,7 +142,7 @@ fn scene_text(inspection: &Inspection, memory_bytes: u64) -> String {
     text
 }
 
-/// What the lines on meshes have said with more detail.
+/// Whether the lines on meshes already report this warning in more detail.
 fn is_listed_above(warning: &str) -> bool {
     warning.starts_with("mesh: ") && !warning.contains("stand in one another")
 }
@@ -151,9 +151,9 @@ fn place([x, y, z]: [f64; 3]) -> String {
     format!("({}, {}, {})", plain(x, 4), plain(y, 4), plain(z, 4))
 }
 
-/// Lines on the faults of meshes; none where there is none.
+/// Lines on the faults of meshes; empty if there are none.
 fn mesh_text(mesh: &MeshFaults) -> String {
-    /// Holes that are told one by one.
+    /// Largest number of holes that are listed one by one.
     const MOST_HOLES: usize = 6;
     let mut text = String::new();
     for hole in mesh.holes.iter().take(MOST_HOLES) {
@@ -191,9 +191,9 @@ fn names(surfaces: &[String]) -> String {
     format!("{}{more}", surfaces[..surfaces.len().min(MOST)].join(", "))
 }
 
-/// Rows of a table, and a line on how many more there are.
+/// The first rows of a table, and a line with the number of further rows.
 fn table_of_first<T>(header: &[&str], left: &[usize], all: &[T], row: impl Fn(&T) -> Vec<String>) -> String {
-    /// Rows of a table that people read.
+    /// Largest number of rows that a person would read.
     const MOST_ROWS: usize = 1000;
     let mut text = text_table(header, left, all.iter().take(MOST_ROWS).map(row));
     if all.len() > MOST_ROWS {
@@ -268,7 +268,7 @@ fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
     table_of_first(&header, &[0, 1, 2, 3, 4], luminaires, row)
 }
 
-/// Lines on the products that hang in a scene; none where no photometric file is used.
+/// Lines on the products whose photometric files the luminaires use; empty if no luminaire has such a file.
 fn product_lines(luminaires: &[InspectedLuminaire]) -> String {
     let mut products: Vec<(&Product, &InspectedLuminaire, usize)> = Vec::new();
     for luminaire in luminaires {

@@ -1,14 +1,14 @@
-//! What a photometric file says: header, flux, light output ratio, symmetry, beam and field angles.
+//! Describes a photometric file: header, flux, light output ratio, symmetry, beam and field angles.
 
 use serde_json::{Value, json};
 
 use super::number_text::plain;
 use crate::scene::photometry::{LateralSymmetry, Opening, PhotometricFile, PhotometricFormat, PhotometricType};
 
-/// Planes in which beam and field angles are told, in degrees.
+/// C planes in which beam and field angles are reported, in degrees.
 const PLANES_C_DEG: [f64; 2] = [0.0, 90.0];
 
-/// A photometric file for reading.
+/// Describes a photometric file for a reader.
 pub fn photometric_text(file: &PhotometricFile) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
@@ -54,7 +54,7 @@ fn with_unit(number: Option<f64>, unit: &str) -> String {
     number.map_or(String::new(), |number| format!("{} {unit}", plain(number, 5)))
 }
 
-/// A photometric file for programs.
+/// Describes a photometric file for programs.
 pub fn photometric_json(file: &PhotometricFile) -> Value {
     let angles: Vec<Value> = PLANES_C_DEG
         .iter()

@@ -1,4 +1,4 @@
-//! Time that is kept back from a limit for what comes after computing: judging, tables, plots, pages and models.
+//! Reserves part of a time limit for the work after computing: judging, tables, plots, pages and models.
 
 use std::time::{Duration, Instant};
 
@@ -8,26 +8,27 @@ use super::number_text::time;
 use super::patience::latest_s;
 use crate::output::{MOST_SURFACES, plotted_sets, shortest};
 
-/// Trials, pieces that each thread writes in one of them, numbers of a piece, and what writing one takes on a usual core, in s.
+/// Trials; pieces that each thread writes in one trial; numbers of one piece; and the seconds that a usual core takes to write one
+/// number.
 const TRIALS: usize = 3;
 const PIECES: u32 = 8;
 const NUMBERS_OF_A_PIECE: u32 = 1000;
 const A_NUMBER_S: f64 = 300e-9;
-/// No more than that is believed of a few milliseconds.
+/// Largest slowness that a trial of a few milliseconds can justify.
 const MOST_SLOWNESS: f64 = 2.5;
-/// Share of what comes after computing that one thread does while the others wait.
+/// Share of the work after computing that one thread does while the others wait.
 const ALONE: f64 = 0.25;
-/// Share of what a limit may be exceeded by that is counted on; the rest is for the last piece of work, and for chance.
+/// Share of the permitted overrun of a limit that is planned for. The rest is left for the last piece of work and for chance.
 const COUNTED_ON: f64 = 0.5;
-/// Share of a limit that computing gets in any case: a first look.
+/// Share of a limit that computing gets in any case, for a first error check.
 const LEAST_SHARE: f64 = 0.25;
 
-/// Files of every run, and of a receiver set: two plots, two of its halves, and a sensor grid.
+/// Files of every run, and further files of each receiver set: two plots, two plots of its halves, and a sensor grid.
 const FILES: usize = 12;
 const FILES_OF_A_SET: usize = 4;
 
-/// How many times as long as on a usual core work takes here now, on the threads of the pool: the middle one of some trials, since a thread
-/// may wait for others now and then.
+/// Measures how many times longer work takes here and now than on a usual core, on the threads of the pool. The result is the
+/// median of a few trials, since a thread may have to wait for others at times.
 pub fn trial() -> f64 {
     let write = |piece: u32| -> usize {
         let numbers = piece * NUMBERS_OF_A_PIECE..(piece + 1) * NUMBERS_OF_A_PIECE;
@@ -44,48 +45,48 @@ pub fn trial() -> f64 {
     (times_s[TRIALS / 2] / usual_s).clamp(1.0 / MOST_SLOWNESS, MOST_SLOWNESS)
 }
 
-/// What a run does beside computing, whatever is computed.
+/// The work of a run besides computing, whatever is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Work {
     /// Seconds of a usual core for making ready, and for judging and writing.
     pub readying_s: f64,
     pub ending_s: f64,
-    /// Files that are written.
+    /// Number of files that are written.
     pub files: usize,
 }
 
-/// The machine that does it.
+/// The machine on which the run works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// How many times as long as on a usual core work takes, all threads at it.
+    /// How many times longer work takes here than on a usual core, with all threads busy.
     pub slowness: f64,
     pub threads: usize,
-    /// What a file takes by itself.
+    /// Time that writing a file takes in addition.
     pub a_file: Duration,
 }
 
-/// Whether it matters how quick the machine is: not where even a slow one judges and writes in what a limit may be exceeded by.
+/// Whether the speed of the machine matters. It does not if even a slow machine judges and writes within the planned overrun.
 pub fn needs_trial(limit_s: f64, work: &Work) -> bool {
     MOST_SLOWNESS * work.ending_s > COUNTED_ON * (latest_s(limit_s) - limit_s)
 }
 
-/// Files of a run with maps of so many receiver sets and so many surfaces, about.
+/// Approximate number of files of a run with maps of this many receiver sets and surfaces.
 pub fn files_about(sets: usize, surfaces: usize) -> usize {
     FILES + FILES_OF_A_SET * plotted_sets(sets) + surfaces.min(MOST_SURFACES)
 }
 
-/// How a limit is shared out between computing and what comes after it.
+/// How a limit is divided between computing and the work after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptBack {
     limit_s: f64,
     readying_s: f64,
     ending_s: f64,
-    /// When computing ends, from the start of the process.
+    /// When computing ends, in s from the start of the process.
     pub computing_until_s: f64,
 }
 
 impl KeptBack {
-    /// Of a limit, at so many seconds from the start of the process.
+    /// Divides a limit, `now_s` seconds after the start of the process.
     pub fn of(limit_s: f64, now_s: f64, work: Work, machine: Machine) -> KeptBack {
         let Machine { slowness, threads, a_file } = machine;
         let threads = threads.max(1) as f64;
@@ -97,12 +98,12 @@ impl KeptBack {
         KeptBack { limit_s, readying_s, ending_s, computing_until_s: (end_s - ending_s).clamp(least_s, limit_s) }
     }
 
-    /// Seconds of making ready, judging and writing.
+    /// Seconds for making ready, judging and writing.
     pub fn rest_s(&self) -> f64 {
         self.readying_s + self.ending_s
     }
 
-    /// What is told before a run that cannot end in time.
+    /// The warning before a run that cannot end in time.
     pub fn warning(&self) -> Option<String> {
         let is_late = self.computing_until_s + self.ending_s > latest_s(self.limit_s);
         is_late.then(|| {
@@ -115,7 +116,7 @@ impl KeptBack {
         })
     }
 
-    /// What is told before a run that ends in time because computing ends before the limit.
+    /// The note before a run that ends in time because computing ends before the limit.
     pub fn line(&self) -> Option<String> {
         let kept_s = self.limit_s - self.computing_until_s;
         (kept_s > 0.0).then(|| {
@@ -139,14 +140,15 @@ mod tests {
         KeptBack::of(limit_s, now_s, Work { ending_s, ..Work::default() }, USUAL)
     }
 
-    /// A run whose writing takes little has its limit for computing, and no words.
+    /// A run that writes little has its whole limit for computing, and prints no note.
     #[test]
     fn nothing_is_kept_back_for_what_takes_little() {
         let usual = kept(10.0, 0.1, 0.9);
         assert_eq!((usual.computing_until_s, usual.line(), usual.warning()), (10.0, None, None));
     }
 
-    /// What takes long comes off the limit, up to a first look; what cannot fit is said.
+    /// The time of long work after computing is subtracted from the limit, but a first error check stays possible. A warning
+    /// reports what cannot fit.
     #[test]
     fn what_takes_long_comes_off_the_limit() {
         let long = kept(10.0, 0.1, 4.0);
@@ -157,25 +159,25 @@ mod tests {
         assert_eq!(too_long.computing_until_s, 0.5 + 10.0 * LEAST_SHARE);
         let warning = too_long.warning().unwrap_or_default();
         assert!(warning.contains("take about 30 s") && warning.contains("time limit of 10 s"), "{warning}");
-        // A limit that reading has used up is left as it is.
+        // A limit that reading has used up is not changed.
         assert_eq!(kept(10.0, 11.0, 30.0).computing_until_s, 10.0);
-        // Making ready comes before a first look.
+        // Making ready comes before the first error check.
         let ready = KeptBack::of(10.0, 0.5, Work { readying_s: 2.0, ending_s: 30.0, files: 0 }, USUAL);
         assert_eq!((ready.computing_until_s, ready.rest_s()), (2.5 + 10.0 * LEAST_SHARE, 32.0));
     }
 
-    /// Threads share the work but for a part; files take their time each.
+    /// Threads share all of the work except one part; each file adds its own time.
     #[test]
     fn threads_and_files_count() {
         let work = Work { readying_s: 0.0, ending_s: 4.0, files: 100 };
         let of = |threads, a_file| KeptBack::of(10.0, 0.0, work, Machine { slowness: 2.0, threads, a_file }).ending_s;
         assert_eq!([1, 2].map(|threads| of(threads, Duration::ZERO)), [8.0, 8.0 * (ALONE + 0.5 * (1.0 - ALONE))]);
         assert_eq!(of(1, Duration::from_millis(20)), 10.0);
-        // Of ten thousand sets some are plotted.
+        // Only some of ten thousand sets are plotted.
         assert!(files_about(10_000, 10) < 300 && files_about(3, 10_000) < 300);
     }
 
-    /// A trial takes time itself: a small scene under a limit of milliseconds has none.
+    /// A trial itself takes time. A small scene under a limit of milliseconds has no trial.
     #[test]
     fn what_is_done_in_no_time_has_no_trial() {
         let of = |ending_s: f64| Work { ending_s, ..Work::default() };

@@ -1,4 +1,4 @@
-//! `luxmc man`: the manual's pages, of the program and of every command.
+//! `luxmc man`: the manual pages of the program and of every command.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ pub struct ManArguments {
     out: Option<PathBuf>,
 }
 
-/// Prints a page of a program, or writes all.
+/// Prints one page, or writes all pages into a directory.
 pub fn run(arguments: &ManArguments, mut program: Command) -> Outcome {
     program.build();
     if let Some(directory) = &arguments.out {
@@ -59,7 +59,7 @@ fn pages(program: &Command) -> Result<Vec<ResultFile>, Failure> {
     std::iter::once(program).chain(commands(program)).map(page).collect()
 }
 
-/// A page in troff, under the name that `man` looks for.
+/// A page in troff, with the file name that `man` expects.
 fn page(command: &Command) -> Result<ResultFile, Failure> {
     let title = command.get_display_name().unwrap_or(command.get_name()).replace(' ', "-");
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Whether a run fits into the machine's memory: asked before it starts, since the system ends a process that does not.
+//! Checks before a run that it fits into the machine's memory, since the system would end a process that does not.
 
 use crate::maps::MapKind;
 use crate::scene::{Elements, Scene};
@@ -8,14 +8,15 @@ use super::exit::Failure;
 use crate::base::memory::{clean_up_by, limit_bytes, set_limit_bytes};
 use crate::output::remove_unfinished_results;
 
-/// Bytes of a map's entry at the peak of a run: sums of 16 replicas, levels, results, and what of its files lies in memory. Measured as
-/// 621 at most, and a sixth on top (`docs/performance.md`, as the others).
+/// Bytes of a map's entry at the peak of a run: sums of 16 replicas, levels, results, and the part of its files that is in memory.
+/// Measured as 621 at most, plus a sixth (`docs/performance.md`, also for the next two).
 const BYTES_PER_ENTRY: u64 = 720;
-/// The same of a triangle while the tree is built over it, and of a luminaire.
+/// Bytes of a triangle while the tree is built over it, and bytes of a luminaire.
 const BYTES_PER_TRIANGLE: u64 = 450;
 const BYTES_PER_LUMINAIRE: u64 = 1000;
 
-/// Bytes that a run takes at most, about; cells and what is gathered through them apart, which have a share of the memory.
+/// Approximate largest number of bytes that a run takes. Cells and the data gathered through them are not included: they get a
+/// share of the memory.
 pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let entries: usize = map_requests(scene, &settings.maps)
         .into_iter()
@@ -32,7 +33,8 @@ pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
     parts.iter().map(|(count, bytes)| *count as u64 * bytes).sum()
 }
 
-/// Bytes that the machine, or the share of it that the process may use, has left; `None` where the system does not tell.
+/// Bytes that are left of the machine's memory, or of the share that the process may use. `None` if the system does not report
+/// them.
 fn available_bytes() -> Option<u64> {
     let file = |path: &str| std::fs::read_to_string(path).ok();
     let free = file("/proc/meminfo").and_then(|text| available_of_meminfo(&text));
@@ -55,12 +57,12 @@ fn available_of_meminfo(text: &str) -> Option<u64> {
 ///
 /// # Errors
 ///
-/// What it needs, what there is, and what would need less.
+/// The needed bytes, the available bytes, and what would need less.
 pub fn check_memory(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
     refuse_beyond(needed_bytes(scene, settings), limit_bytes())
 }
 
-/// Limits the memory of the process to so many bytes, and to what the machine has left.
+/// Limits the memory of the process to the wanted bytes and to what the machine has left.
 pub fn limit_memory(wanted: Option<u64>) {
     let available = available_bytes().unwrap_or(u64::MAX);
     set_limit_bytes(wanted.unwrap_or(u64::MAX).min(available));

@@ -1,4 +1,4 @@
-//! `luxmc merge`: one result of the shares of a run.
+//! `luxmc merge`: merges the shares of a run into one result.
 
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -156,11 +156,11 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     Ok(exit_of(&solution))
 }
 
-/// What is told of a merge besides its solution.
+/// The data of a merge besides its solution.
 pub struct Merging<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The target, if one is judged.
+    /// The target error as a fraction, if the merged maps are judged against one.
     pub target_error: Option<f64>,
     /// All shares, in order.
     pub shares: &'a [ShareFile],
@@ -168,16 +168,16 @@ pub struct Merging<'a> {
     pub plots: Option<Plots>,
     /// Language of pages and plots.
     pub language: Language,
-    /// Seconds of reading the scene.
+    /// Seconds that reading the scene took.
     pub read_s: f64,
-    /// When the process began.
+    /// Start of the process.
     pub started: Instant,
     /// Worker threads.
     pub threads: usize,
 }
 
 impl Merging<'_> {
-    /// Adds to the solution what is told of its shares, and writes all files.
+    /// Adds the warnings and notes on the shares to the solution, and writes all files.
     ///
     /// # Errors
     ///
@@ -221,7 +221,7 @@ impl Merging<'_> {
     }
 }
 
-/// Reads the headers of all shares, and puts them in order.
+/// Reads the headers of all shares and sorts the shares by number.
 fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, SealedError> {
     let mut shares = directories.iter().map(|directory| read_share(directory)).collect::<Result<Vec<_>, _>>()?;
     shares.sort_by_key(number_of);
@@ -239,17 +239,17 @@ fn number_of(share: &ShareFile) -> (u32, u32) {
     (share.header.share.number, share.header.record.part.number)
 }
 
-/// The same with the number of parts: runs that share out receivers otherwise are told from it.
+/// The same with the number of parts. It differs between runs that divide the receivers differently.
 fn portion_of(share: &ShareFile) -> (u32, ReceiversPart) {
     (share.header.share.number, share.header.record.part)
 }
 
-/// Parts of the receivers that every share is of.
+/// Number of parts into which the receivers of every share are divided.
 fn parts_of(shares: &[ShareFile]) -> u32 {
     shares[0].header.record.part.of
 }
 
-/// Shares, each of all its parts.
+/// Number of shares, each with all its parts.
 fn whole_shares(shares: &[ShareFile]) -> usize {
     shares.len() / parts_of(shares) as usize
 }
@@ -258,7 +258,7 @@ fn map_names(share: &ShareFile) -> impl Iterator<Item = String> {
     share.header.record.maps.iter().map(|map| map.name.clone())
 }
 
-/// Words on a share by its number: `share 2`, `part 3 of the receivers`, or both.
+/// Names a share by its number: `share 2`, `part 3 of the receivers`, or both.
 fn words_on(share: &ShareFile) -> String {
     let (Share { number, of }, part) = (share.header.share, share.header.record.part);
     match () {
@@ -268,13 +268,13 @@ fn words_on(share: &ShareFile) -> String {
     }
 }
 
-/// Refuses one share that comes twice, under its own number or another: it would weigh as two, and bring no more than one.
+/// Refuses a share that is given twice, under its own number or another. It would count as two but give the information of one.
 fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
     let mut by_sums: Vec<&ShareFile> = shares.iter().collect();
     by_sums.sort_by_key(|share| (&share.header.sums_sha256, number_of(share)));
     let in_order = shares.windows(2).map(|pair| (&pair[0], &pair[1]));
     let same_number = in_order.into_iter().find(|(one, other)| portion_of(one) == portion_of(other));
-    // Shares without chance have the same sums by right.
+    // Shares that are exact have equal sums for a good reason.
     let same_sums = by_sums
         .windows(2)
         .map(|pair| (pair[0], pair[1]))
@@ -296,7 +296,7 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
     })
 }
 
-/// Refuses shares that are not of one run.
+/// Refuses shares that do not belong to one run.
 fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> {
     let (ours, theirs) = (&first.header, &other.header);
     let names = [first, other].map(words_on);
@@ -330,7 +330,7 @@ fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> 
     if ours.record.part.of != theirs.record.part.of {
         return Err(differ("of runs that share out receivers differently", parts(theirs), parts(ours)));
     }
-    // Small sets have points in some parts alone: which are to have which is known once the scene is.
+    // A small set may have points in some parts only. Which parts must have it is known once the scene is read.
     let (mine, its) = (&ours.record.maps, &theirs.record.maps);
     if ours.record.part.of == 1 && !are_of_same_maps(mine, its) {
         return Err(differ("of different maps", maps(theirs), maps(ours)));
@@ -347,7 +347,7 @@ fn are_of_same_maps(mine: &[MapOfShare], its: &[MapOfShare]) -> bool {
 fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
     let all = shares.iter().map(|share| share.header.share.of).max().unwrap_or(0);
     let parts = u64::from(parts_of(shares));
-    // They are in order, each once; that there are to be four thousand million of them costs nothing.
+    // The shares are sorted and distinct, so this is fast even if four thousand million of them are expected.
     let there = shares.iter().map(number_of).filter(|(number, _)| (1..=all).contains(number));
     let missing = (u64::from(all) * parts).saturating_sub(there.clone().count() as u64);
     if missing == 0 {
@@ -372,7 +372,7 @@ fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
     })
 }
 
-/// The target that is judged: the one asked for, else that of the shares.
+/// The target that the merged maps are judged against: the requested one, or else that of the shares.
 fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<f64>, SealedError> {
     let first = shares[0].header.target_error;
     if arguments.target_error.is_some() {
@@ -393,7 +393,7 @@ fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<
     }
 }
 
-/// Refuses to write into the directory of a share, whose files would go.
+/// Refuses to write into the directory of a share, since its files would be removed.
 fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
     let place = |path: &Path| path.canonicalize().ok();
     let out = place(&arguments.out);
@@ -409,7 +409,7 @@ fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a scene that is not the one that was computed.
+/// Refuses a scene other than the computed one.
 fn check_scene(scene: &Scene, path: &Path, shares: &[ShareFile]) -> Result<(), SealedError> {
     let (share, digest) = (&shares[0], scene.digest());
     let header = &share.header;
@@ -440,7 +440,7 @@ fn check_scene(scene: &Scene, path: &Path, shares: &[ShareFile]) -> Result<(), S
     })
 }
 
-/// Refuses parts of the receivers that are of different maps: each is to have those of which it has points.
+/// Refuses parts of the receivers with different maps. Each part must have the maps of which it has points.
 fn check_parts(shares: &[ShareFile], has: impl Fn(MapKind, ReceiversPart) -> bool) -> Result<(), SealedError> {
     let mut all: Vec<&MapOfShare> = Vec::new();
     for map in shares.iter().flat_map(|share| &share.header.record.maps) {
@@ -484,7 +484,7 @@ fn opening_line(scene: &str, shares: &[ShareFile], target_error: Option<f64>) ->
     format!("luxmc {}: {scene}: {what} to merge{target}", env!("CARGO_PKG_VERSION"))
 }
 
-/// How many shares there are, of how many parts.
+/// Words for the number of shares and of their parts.
 fn words_on_all(shares: &[ShareFile]) -> String {
     let (whole, parts) = (whole_shares(shares), parts_of(shares));
     match (whole, parts) {
@@ -494,7 +494,7 @@ fn words_on_all(shares: &[ShareFile]) -> String {
     }
 }
 
-/// Which shares were interrupted: what they had done counts as far as it goes.
+/// The warning that names interrupted shares. The work that they had done still counts.
 fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
     let cut: Vec<String> = shares
         .iter()
@@ -510,7 +510,7 @@ fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
     })
 }
 
-/// The commands that make the merged result again.
+/// The commands that reproduce the merged result.
 fn commands_again(shares: &[ShareFile]) -> String {
     let (count, parts, command) = (whole_shares(shares), parts_of(shares), &shares[0].header.command);
     let (options, directory, each) = match (count, parts) {
@@ -525,10 +525,10 @@ fn commands_again(shares: &[ShareFile]) -> String {
     format!("{command} {options} --out {SHARES_IN}/{directory}    for {each}\nluxmc merge {SHARES_IN}/* --out out")
 }
 
-/// Where the commands of a report put shares.
+/// Directory in which the commands of a report put the shares.
 const SHARES_IN: &str = "shares";
 
-/// What is missing to the target.
+/// Words on how many shares the target still needs.
 fn words_on_more(more: &MoreShares, shares: &[ShareFile], target_error: f64) -> String {
     let target = percent(target_error);
     let with_parts = match parts_of(shares) {

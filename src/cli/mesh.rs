@@ -56,7 +56,11 @@ fn length_m(text: &str) -> Result<f64, String> {
 }
 
 impl MeshArguments {
-    /// The mesh that the options ask for.
+    /// Returns the mesh that the options describe.
+    ///
+    /// # Errors
+    ///
+    /// Options of a mesh without `--method light-mesh`, and a radius that does not fit the step.
     pub fn choice(&self, is_mesh: bool) -> Result<MeshChoice, Failure> {
         if !is_mesh && !self.again().is_empty() {
             return Err(Failure::Usage {
@@ -90,7 +94,7 @@ impl MeshArguments {
         Ok(choice)
     }
 
-    /// The options as they can be given again.
+    /// The options as text for a command that repeats the run.
     pub fn again(&self) -> String {
         let mut again = String::new();
         if let Some(step_m) = self.mesh_step {

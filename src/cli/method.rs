@@ -9,7 +9,7 @@ use crate::solver::{ElementChoice, Method};
 /// How a scene is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MethodChoice {
-    /// By chains and walks, and what asks them.
+    /// By chains and walks, and the estimators that use them.
     By(Method),
     /// Finite elements with exact form factors, on closed rooms of rectangles.
     Radiosity,
@@ -18,7 +18,7 @@ pub enum MethodChoice {
 }
 
 impl MethodChoice {
-    /// The program chooses.
+    /// Leaves the choice of the method to the program.
     pub const AUTO: MethodChoice = MethodChoice::By(Method::Auto);
 
     fn name(self) -> &'static str {
@@ -29,7 +29,7 @@ impl MethodChoice {
         }
     }
 
-    /// The name of a method that traces no chains, and whose error is no matter of their chance.
+    /// The name of a method that traces no chains, so that its error is not random.
     pub fn name_without_chains(self) -> Option<&'static str> {
         match self {
             MethodChoice::Radiosity | MethodChoice::LightMesh => Some(self.name()),
@@ -38,10 +38,10 @@ impl MethodChoice {
     }
 }
 
-/// Reads a method's name, for clap.
+/// Parses a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance)";
-    // What results say of a map's indirect light.
+    // `walk` is the name that results give to a map's indirect light.
     let hint = if text == "walk" { "; walks are what collision takes for receivers" } else { "" };
     all_methods().find(|choice| choice.name() == text).ok_or_else(|| format!("no such method; {THERE}{hint}"))
 }
@@ -50,7 +50,7 @@ fn all_methods() -> impl Iterator<Item = MethodChoice> {
     Method::ALL.map(MethodChoice::By).into_iter().chain([MethodChoice::Radiosity, MethodChoice::LightMesh])
 }
 
-/// The words that an option takes, for shells to complete; `None` where it is not one of a few.
+/// The words that an option accepts, for completion by shells. `None` if the option does not take one of a few words.
 pub fn words_of(option: &str) -> Option<Vec<&'static str>> {
     match option {
         "method" => Some(all_methods().map(MethodChoice::name).collect()),
@@ -61,11 +61,11 @@ pub fn words_of(option: &str) -> Option<Vec<&'static str>> {
     }
 }
 
-/// Which elements a map has, by name.
+/// The choices of elements of a map, by name.
 const ELEMENT_CHOICES: [(&str, ElementChoice); 2] =
     [("adaptive", ElementChoice::Adaptive), ("given", ElementChoice::Given)];
 
-/// Reads which elements a map has, for clap.
+/// Parses the choice of elements of a map, for clap.
 pub fn elements(text: &str) -> Result<ElementChoice, String> {
     let named = ELEMENT_CHOICES.into_iter().find(|(name, _)| *name == text);
     named.map(|(_, choice)| choice).ok_or_else(|| "elements are adaptive or given".to_owned())
@@ -81,16 +81,16 @@ pub struct Plots {
 }
 
 impl Plots {
-    /// Whether any plot is asked for.
+    /// Whether any plot is requested.
     pub fn any(&self) -> bool {
         self.svg || self.png
     }
 }
 
-/// The formats of plots in a list, and no plots.
+/// The values of `--plots`: lists of formats, and no plots.
 const PLOT_WORDS: [&str; 4] = ["svg", "png", "svg,png", "none"];
 
-/// Reads a list of formats, for clap.
+/// Parses a list of formats, for clap.
 pub fn plots(text: &str) -> Result<Plots, String> {
     if text == "none" {
         return Ok(Plots::default());
@@ -109,11 +109,11 @@ pub fn plots(text: &str) -> Result<Plots, String> {
     Ok(plots)
 }
 
-/// The same for front ends whose users are told by a failure.
+/// The same for other front ends, with the error as a [`Failure`].
 ///
 /// # Errors
 ///
-/// Names of formats that are not there.
+/// A format that does not exist.
 pub fn plots_named(text: &str) -> Result<Plots, Failure> {
     plots(text).map_err(|remedy| Failure::Usage {
         what: "invalid value for plots".to_owned(),

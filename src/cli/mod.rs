@@ -54,10 +54,10 @@ use clap::{CommandFactory, Parser};
 
 use arguments::{Arguments, Command};
 
-/// Runs the program named by the process's arguments.
+/// Runs the program with the arguments of the process.
 ///
-/// Returns the exit code: 0 done, 1 a validation case failed, 2 bad usage or input, 3 a limit came before the target,
-/// 4 results could not be written, 130 interrupted.
+/// Returns the exit code: 0 done, 1 a validation case failed, 2 bad usage or input, 3 a limit came before the target. 4 means that
+/// results could not be written, 130 interrupted.
 pub fn run() -> ExitCode {
     let started = Instant::now();
     let arguments = Arguments::parse();
@@ -91,18 +91,18 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Lets a write beyond the limit on the size of files (`ulimit -f`) fail as any other write does, so that it is told and nothing
-/// half-written stays; the system's way is to end the process without a word.
+/// Lets a write beyond the file size limit (`ulimit -f`) fail as any other write does. The failure is then reported and no
+/// half-written file stays. By default the system would end the process without a message.
 fn survive_file_size_limits() {
     #[cfg(unix)]
     {
         let beyond_limit = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
-        // Without a handler the process ends as it always does: no reason not to run.
+        // If the handler cannot be set, the process ends as it would by default: no reason not to run.
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, beyond_limit).ok();
     }
 }
 
-// For front ends besides this one.
+// For other front ends.
 pub use exit::{Exit, Failure};
 pub use inspect_photometric::photometric_json;
 pub use memory::limit_memory;
@@ -111,5 +111,5 @@ pub use result_table::result_table;
 pub use results::{closing_lines, exit_of};
 pub use run::{RunOptions, RunStory, SceneRun};
 
-/// What a command comes to.
+/// The result of a command.
 type Outcome = Result<Exit, Failure>;

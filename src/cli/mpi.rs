@@ -1,8 +1,8 @@
-//! `mpirun -n P luxmc solve …`: one run over many processes. Each round every rank computes a share; rank 0 merges all shares so far, judges
-//! the target once, writes what there is, and says how much the next round does.
+//! `mpirun -n P luxmc solve …`: one run over many processes. In each round every rank computes a share. Rank 0 then merges all
+//! shares so far, judges the target once, writes the results so far, and sets the size of the next round.
 //!
-//! Rounds are counted in chains and not in seconds, so that the same scene, seed and number of ranks give the same bytes. A rank that is
-//! lost takes its share of the round at hand with it, and nothing else.
+//! A round is counted in chains and not in seconds, so that the same scene, seed and number of ranks give the same bytes. If a rank
+//! is lost, only its share of the current round is lost.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -29,27 +29,28 @@ use crate::solver::{
     StopReason, map_requests, merge,
 };
 
-/// Chains of every rank in the first round: a second's work or less.
+/// Chains of every rank in the first round: at most about a second of work.
 const FIRST_CHAINS: u64 = 200_000;
-/// A round does at most so many times the work of all rounds before it, and at least this part of it.
+/// Largest and smallest work of a round, as multiples of the work of all rounds before it.
 const MOST_GROWTH: f64 = 3.0;
 const LEAST_GROWTH: f64 = 0.1;
-/// What is forecast is exceeded by so much, since a round that falls short costs another one.
+/// Factor on the forecast work, since a round that falls short costs another round.
 const BEYOND_FORECAST: f64 = 1.05;
-/// Seconds between two looks whether a message has come.
+/// Time between two checks for a message.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(2);
-/// Seconds after which a rank that is silent is taken to be lost, and the multiple of the time that the round took the others.
+/// A silent rank counts as lost after this many seconds, or after this multiple of the time that the round took the leader,
+/// whichever is longer.
 const LOST_AFTER_S: f64 = 60.0;
 const LOST_AFTER_ROUNDS: f64 = 3.0;
-/// Seconds for which shares that an interruption cut short are waited for: schedulers soon end what does not end by itself.
+/// Seconds of waiting for shares that an interruption cut short. Schedulers soon end a process that does not end by itself.
 const GRACE_S: f64 = 0.5;
-/// Bytes that a message holds at most: MPI counts them in 32 bits.
+/// Largest number of bytes of a message: MPI counts them in 32 bits.
 const MESSAGE: usize = 1 << 30;
 
-/// What a scheduler tells a process of MPI about itself.
+/// Environment variables by which a process recognises that it runs under MPI.
 const SIGNS: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"];
 
-/// Solves a scene over all ranks, if there is more than one.
+/// Solves a scene over all ranks; `None` if there is only one.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Option<Outcome> {
     if !SIGNS.iter().any(|name| std::env::var_os(name).is_some()) {
         return None;
@@ -65,13 +66,13 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Option<Outcome> {
 
 fn solve(world: &SimpleCommunicator, arguments: &SolveArguments, started: Instant) -> Outcome {
     let ready = readied(world, arguments);
-    // All begin, or none: who cannot says so, and the others end with it.
+    // Either all ranks begin or none: a rank that cannot begin says so, and the others end with it.
     let (own, mut worst) = (i32::from(ready.is_err()), 0);
     world.all_reduce_into(&own, &mut worst, SystemOperation::max());
     let run = match ready {
         Ok(run) if worst == 0 => run,
         Ok(_) => return Ok(Exit::Refused),
-        // What all would say is said once.
+        // Rank 0 alone reports an error that all ranks share.
         Err(failure) if world.rank() == 0 => return Err(failure),
         Err(failure) => {
             console::message(&format!("luxmc: rank {}: {failure}", world.rank()));
@@ -80,14 +81,14 @@ fn solve(world: &SimpleCommunicator, arguments: &SolveArguments, started: Instan
     };
     let rank = Rank { world, arguments, run: &run, started, read_s: started.elapsed().as_secs_f64() };
     let outcome = if world.rank() == 0 { rank.lead() } else { rank.follow() };
-    // The others would wait for it: what is written stays.
+    // The other ranks would wait for this one, so all are aborted. Written results stay.
     outcome.inspect_err(|failure| {
         console::message(&format!("luxmc: error: rank {}: {failure}", world.rank()));
         world.abort(i32::from(failure.exit().number()));
     })
 }
 
-/// Reads the scene, and refuses what no rounds can be made of.
+/// Reads the scene, and refuses options that cannot be combined with rounds.
 fn readied(world: &SimpleCommunicator, arguments: &SolveArguments) -> Result<SceneRun, Failure> {
     let beside = [
         ("--share", arguments.share.is_some()),
@@ -134,7 +135,7 @@ impl Rank<'_> {
         self.world.size() as u32
     }
 
-    /// The file of this rank's share of a round.
+    /// The bytes of this rank's share file for a round.
     fn share(&self, round: u32, chains: u64, watcher: &Watcher) -> Result<Vec<u8>, OutputError> {
         let share = Share { number: round * self.ranks() + self.number() + 1, of: (round + 1) * self.ranks() };
         let settings = Settings { chains: Some(chains), ..self.run.settings().clone() };
@@ -146,7 +147,7 @@ impl Rank<'_> {
         Ok(share_file(header, &sums).made()?.bytes)
     }
 
-    /// Computes shares as rank 0 asks for them.
+    /// Computes shares on the orders of rank 0.
     fn follow(&self) -> Outcome {
         let watcher = Watcher::new(self.started, true, None);
         let leader = self.world.process_at_rank(0);
@@ -166,7 +167,7 @@ impl Rank<'_> {
         }
     }
 
-    /// Asks for rounds, merges and judges.
+    /// Orders rounds, merges and judges.
     fn lead(&self) -> Outcome {
         let out = self.arguments.out.as_deref().unwrap_or(Path::new("."));
         let tell = |line: &str| {
@@ -174,7 +175,7 @@ impl Rank<'_> {
                 console::message(line)
             }
         };
-        // Proven before the work.
+        // The directory is proven writable before the work.
         drop(ResultDirectory::open(out)?);
         let opening = opening_line(self.arguments, self.run.scene(), self.run.settings(), self.run.threads());
         tell(&format!("{opening}; {}", counted(self.world.size() as usize, "rank")));
@@ -212,17 +213,17 @@ impl Rank<'_> {
             match next {
                 Some(next) => chains = next,
                 None => {
-                    // A scheduler may end the process any moment.
+                    // A scheduler may end the process at any moment, so the spool goes first.
                     drop(spool);
                     self.dismiss(&others);
-                    // Who still sends would wait for ever.
+                    // Rank 0 receives late messages, since their senders would wait for ever.
                     let left = self.collect(&collected.late, Vec::new(), Instant::now());
                     tell_results(self.run.scene(), &solution, self.arguments.language, tell)?;
                     solution.notes.iter().for_each(|note| tell(&format!("note: {note}")));
                     tell(&closing_lines(&solution, &out.display().to_string(), self.started.elapsed().as_secs_f64()));
                     let exit = if is_interrupted() { Exit::Interrupted } else { exit_of(&solution) };
                     if !is_whole || !left.late.is_empty() {
-                        // Nobody waits for the lost.
+                        // Aborts instead of waiting for lost ranks.
                         self.world.abort(i32::from(exit.number()));
                     }
                     return Ok(exit);
@@ -240,7 +241,7 @@ impl Rank<'_> {
         others.iter().for_each(|other| self.world.process_at_rank(*other).send(&[0u64, 0][..]));
     }
 
-    /// Waits for the shares of the others, beside its own.
+    /// Waits for the shares of the other ranks; the rank's own share is there already.
     fn collect(&self, others: &[i32], own: Vec<u8>, begun: Instant) -> Collected {
         let own_s = begun.elapsed().as_secs_f64();
         let mut boxes: Vec<Inbox> = (0..self.world.size()).map(|_| Inbox::default()).collect();
@@ -275,7 +276,7 @@ impl Rank<'_> {
         Collected { files: boxes.into_iter().map(full).collect(), lost, late }
     }
 
-    /// Merges all shares so far, and writes the results; what was written before stays until these are whole.
+    /// Merges all shares so far and writes the results. Earlier results stay until the new ones are complete.
     fn merged(&self, shares: &[ShareFile], out: &Path) -> Result<(Solution, Option<MoreShares>), Failure> {
         let scene = self.run.scene();
         let maps = map_requests(scene, &self.run.settings().maps).into_iter();
@@ -304,7 +305,7 @@ impl Rank<'_> {
         Ok((solution, more))
     }
 
-    /// The target, where one is asked for or nothing else ends the run.
+    /// The target error, if it is requested or if nothing else ends the run.
     fn target_error(&self) -> Option<f64> {
         let settings = self.run.settings();
         let without_rule = settings.chains.is_none() && settings.time_limit_s.is_none();
@@ -316,7 +317,7 @@ impl Rank<'_> {
         all.map_or(FIRST_CHAINS, |chains| chains.div_ceil(u64::from(self.ranks())))
     }
 
-    /// Chains of every rank in the next round; none where the run ends.
+    /// Chains of every rank in the next round; `None` if the run ends.
     fn next_chains(&self, solution: &Solution, more: Option<MoreShares>, shares: usize, so_far: u64) -> Option<u64> {
         let settings = self.run.settings();
         let is_late = settings.time_limit_s.is_some_and(|limit_s| self.started.elapsed().as_secs_f64() >= limit_s);
@@ -328,7 +329,7 @@ impl Rank<'_> {
             Some(MoreShares::About(more)) => {
                 (BEYOND_FORECAST * (1.0 + more.expected / shares as f64) - 1.0).clamp(LEAST_GROWTH, MOST_GROWTH)
             }
-            // A larger share has less of what is no chance; a limit alone ends the run.
+            // Without a forecast the work doubles: a larger share has less systematic error. Only a limit ends such a run.
             _ => 1.0,
         };
         Some((growth * so_far as f64).ceil() as u64)
@@ -346,16 +347,16 @@ impl Rank<'_> {
     }
 }
 
-/// What came of a round.
+/// The result of a round.
 struct Collected {
-    /// By rank, shares that are there.
+    /// Shares that have arrived, by rank.
     files: Vec<Option<Vec<u8>>>,
-    /// Ranks that are taken to be lost, and all those that have not sent.
+    /// Ranks that count as lost, and all ranks that have not sent.
     lost: Vec<i32>,
     late: Vec<i32>,
 }
 
-/// What has come of a share that another rank sends.
+/// The part of another rank's share that has arrived.
 #[derive(Default)]
 struct Inbox {
     length: Option<usize>,
@@ -375,7 +376,7 @@ impl Inbox {
     }
 }
 
-/// A place for shares until the run ends.
+/// Makes a temporary directory for shares, which lasts until the run ends.
 fn spool() -> Result<tempfile::TempDir, Failure> {
     let directory = tempfile::Builder::new().prefix("luxmc-mpi-").tempdir();
     directory.map_err(|error| unspooled(&std::env::temp_dir(), &error))

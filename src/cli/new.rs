@@ -1,4 +1,4 @@
-//! `luxmc new`: a starting project that runs as it is.
+//! `luxmc new`: writes a starting project that runs as it is.
 
 use std::path::{Path, PathBuf};
 
@@ -96,7 +96,7 @@ const HALL: &[Template] = &[
     ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
     ("README.txt", include_str!("projects/hall.txt")),
 ];
-/// What every project's README ends with.
+/// The text at the end of every project's README.
 const KEYS: &str = include_str!("projects/keys.txt");
 
 /// A file to be written: its path in the project's directory and its content.
@@ -151,7 +151,7 @@ pub fn run(arguments: &NewArguments) -> Outcome {
     write_project(out, files)
 }
 
-/// The kind of room that stands for a list of all.
+/// The value of `--kind` that lists all kinds of rooms.
 const LIST: &str = "list";
 
 /// Writes a room of the proving ground, or lists its kinds.
@@ -177,7 +177,7 @@ fn run_room(arguments: &NewArguments) -> Outcome {
     write_project(&out, files)
 }
 
-/// Fits a body to a mesh, tells how well, and writes it with a scene around it.
+/// Fits a body to a mesh, reports the quality of the fit, and writes the body with a scene around it.
 fn run_harmonics(arguments: &NewArguments) -> Outcome {
     let (Some(mesh), Some(out)) = (&arguments.mesh, &arguments.out) else {
         return Err(Failure::Usage {
@@ -193,7 +193,7 @@ fn run_harmonics(arguments: &NewArguments) -> Outcome {
     Ok(outcome)
 }
 
-/// Writes the files of a project, the scene first, where none of them stands yet.
+/// Writes the files of a project, the scene first, if none of them exists yet.
 fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
     for (path, _) in &files {
         let target = out.join(path);
@@ -228,7 +228,7 @@ mod tests {
     use super::KEYS;
     use crate::scene::type_names;
 
-    /// Notes on keys name every type of material and luminaire.
+    /// The notes on keys name every type of material and luminaire.
     #[test]
     fn notes_of_a_project_name_all_types() {
         let line = |key: &str| KEYS.lines().find(|line| line.trim_start().starts_with(key)).unwrap_or_default();

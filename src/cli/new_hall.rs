@@ -7,11 +7,11 @@ const BAYS: usize = 19;
 const LEVELS: usize = 5;
 /// Width of a bay, depth of a rack and height of a level in m.
 const SIZE_M: [f64; 3] = [2.8, 1.1, 1.6];
-/// Where the first rack stands, and the distance from rack to rack, in m.
+/// Position of the first rack, and the distance between racks, in m.
 const FIRST_M: [f64; 2] = [4.0, 3.0];
 const DISTANCE_M: f64 = 4.6;
 
-/// Closed boxes seen from outside, as OBJ text.
+/// Closed boxes, seen from outside, as OBJ text.
 #[derive(Default)]
 struct Boxes {
     text: String,
@@ -20,7 +20,7 @@ struct Boxes {
 
 impl Boxes {
     fn push(&mut self, low: [f64; 3], high: [f64; 3]) {
-        // Writing to a text asks for nothing that could fail.
+        // Writing to a `String` cannot fail.
         for corner in 0..8 {
             let at = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
             writeln!(self.text, "v {:.3} {:.3} {:.3}", at(0), at(1), at(2)).ok();
@@ -59,7 +59,7 @@ pub fn hall_obj() -> String {
         for i in 0..BAYS {
             for k in 0..LEVELS {
                 let (x, z) = (x0 + bay * i as f64 + 0.2, level * k as f64 + 0.01);
-                // Goods fill their places more or less.
+                // Goods fill their bays to different heights.
                 let height = 0.7 + 0.1 * ((i * 7 + k * 3) % 6) as f64;
                 boxes.push([x, y0 + 0.15, z], [x + bay - 0.3, y0 + depth - 0.15, z + height]);
             }

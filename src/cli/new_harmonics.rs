@@ -1,4 +1,4 @@
-//! `luxmc new harmonics`: a smooth body fitted to a mesh, and a scene with it that runs as it is.
+//! `luxmc new harmonics`: fits a smooth body to a mesh, and makes a scene with it that runs as it is.
 
 use std::path::{Path, PathBuf};
 
@@ -10,12 +10,12 @@ use crate::base::harmonics::LARGEST_DEGREE;
 use crate::check::{HarmonicFit, fit_harmonics, scene_from_json};
 use crate::scene::series_file;
 
-/// Degree where none is given: 64 harmonics.
+/// Default degree: 64 harmonics.
 pub const USUAL_DEGREE: usize = 7;
 
-/// A body's files and what is to be told of the fit.
+/// The files of a fitted body, and the report on its fit.
 pub struct FittedBody {
-    /// Scene first.
+    /// The scene file comes first.
     pub files: Vec<(String, Vec<u8>)>,
     /// Table of the fit.
     pub told: String,
@@ -24,6 +24,7 @@ pub struct FittedBody {
 /// Fits a body of a degree to a mesh.
 ///
 /// # Errors
+///
 /// A degree that is too high, a mesh that cannot be read, and one that is not star-shaped.
 pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
     if degree > LARGEST_DEGREE {
@@ -36,7 +37,7 @@ pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
     }
     let folder = mesh.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let name = mesh.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    // The lamp is only there because a scene has one.
+    // The lamp is there because a scene must have one.
     let text = json!({
         "version": 1,
         "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
@@ -73,7 +74,7 @@ fn told(fit: &HarmonicFit, faces: usize) -> String {
     text_table(&["what", "value"], &[0, 1], rows.map(|(what, value)| vec![what.to_owned(), value]))
 }
 
-/// The body above a floor, under a lamp.
+/// A scene with the body above a floor, under a lamp.
 fn scene_text(fit: &HarmonicFit, file: &str) -> String {
     let size = fit.mean_radius_m;
     let [x, y, z] = fit.center_m.to_array();

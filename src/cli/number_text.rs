@@ -1,14 +1,14 @@
-//! Numbers for reading: a few significant digits, no more than they are worth.
+//! Formats numbers for readers, with as many digits as are significant.
 
 use crate::output::numbers;
 
-/// A number with this many significant digits, as a plain decimal where that is short.
+/// A number with this many significant digits: as a plain decimal if that is short, else with a power of ten.
 pub fn significant(number: f64, digits: usize) -> String {
     let is_short = number == 0.0 || !number.is_finite() || (-4..9).contains(&numbers::power_of_ten(number, digits));
     if is_short { numbers::significant(number, digits) } else { format!("{number:.*e}", digits - 1) }
 }
 
-/// A number as somebody would write it: up to this many significant digits, without zeros at the end.
+/// A number as a person would write it: up to this many significant digits, without trailing zeros.
 pub fn plain(number: f64, digits: usize) -> String {
     let text = significant(number + 0.0, digits);
     if !text.contains('.') || text.contains('e') {

@@ -1,4 +1,4 @@
-//! Says that work goes on which tells nothing of itself: reading a large scene, and making it ready for rays.
+//! Reports that silent work goes on: reading a large scene, and making it ready for rays.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -8,17 +8,17 @@ use super::number_text::time;
 
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(5);
-/// What reading and making ready may take over a time limit, as a factor and in s.
+/// Largest time of reading and making ready, as a factor of the time limit and further seconds.
 const OVER: f64 = 1.1;
 const BEYOND_S: f64 = 1.0;
 
-/// Seconds from the start after which a process ends that is not ready, where its time is limited.
+/// Seconds from the start after which a process with a time limit ends if it is not ready.
 pub fn latest_s(limit_s: f64) -> f64 {
     OVER * limit_s + BEYOND_S
 }
 
-/// Does work, and says every few seconds what it is, with the seconds since the process started; nothing where it is to be quiet, or
-/// as soon as the work tells of itself.
+/// Does work, and every few seconds prints what it is, with the seconds since the process started. Prints nothing if `quiet`, or as
+/// soon as the work reports on itself.
 pub fn meanwhile<T>(
     what: impl Fn() -> String + Send,
     started: Instant,
@@ -41,7 +41,7 @@ fn telling_every<T>(interval: Duration, tell: impl Fn() + Send, work: impl FnOnc
     let (working, end) = channel::<()>();
     std::thread::scope(|scope| {
         scope.spawn(move || {
-            // The channel closes with the work, whether it came to an end or not.
+            // The channel closes when the work ends, even by a panic.
             while end.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
                 tell();
             }
@@ -56,7 +56,7 @@ fn telling_every<T>(interval: Duration, tell: impl Fn() + Send, work: impl FnOnc
 mod tests {
     use super::*;
 
-    /// Work that ends only once it was told of does end, and nothing is told after it.
+    /// Work that waits for its messages does end, and no message follows its end.
     #[test]
     fn long_work_is_told_of_until_it_ends() {
         let (told, heard) = channel();
@@ -68,7 +68,7 @@ mod tests {
             (twice, heard)
         });
         assert!(heard.0, "not told of");
-        // Who could tell is gone.
+        // The sender is gone.
         while heard.1.try_recv().is_ok() {}
         assert!(heard.1.recv().is_err());
     }

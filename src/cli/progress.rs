@@ -1,4 +1,4 @@
-//! Watches a run: a bar on a terminal, sparse lines elsewhere, nothing when asked to be quiet.
+//! Shows the progress of a run: a bar on a terminal, sparse lines elsewhere, nothing if quiet.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,27 +16,28 @@ use crate::control::Forecast;
 use crate::output::remove_unfinished_results;
 use crate::solver::{Hindrance, Keeper, Observer, Progress};
 
-/// Seconds between two lines where there is no terminal.
+/// Seconds between two lines if there is no terminal.
 const LINE_INTERVAL_S: f64 = 5.0;
-/// A forecast of more seconds is told in a line of its own, with what to do.
+/// A forecast of more seconds gets a line of its own, with a remedy.
 const LONG_S: f64 = 3600.0;
-/// One of more is as good as never.
+/// A forecast of more seconds is reported as "never".
 const NEVER_S: f64 = 30.0 * 86_400.0;
-/// Seconds of a run before its forecast is believed; before, its interval tells.
+/// Seconds of a run from which its forecast is believed. Before, the lower end of its interval is used.
 const BELIEVED_FROM_S: f64 = 10.0;
-/// The run that somebody may wait for instead, in s.
+/// Length of a run, in s, that a user may accept instead.
 const PATIENCE_S: f64 = 600.0;
-/// Steps of the bar.
+/// Number of steps of the bar.
 const BAR_STEPS: u64 = 1000;
 
-/// A second interruption within this many seconds of the first is the same one: `timeout` and shells signal a process and its group.
+/// A second interruption within this many seconds of the first counts as the same: `timeout` and shells signal both a process and
+/// its group.
 const SAME_INTERRUPTION_S: f64 = 1.0;
 
-/// When the first interruption came.
+/// Time of the first interruption.
 static INTERRUPTED: OnceLock<Instant> = OnceLock::new();
 
-/// From now on the first interruption (Ctrl-C, or a polite kill) ends the run with its results, another one a second later or more
-/// ends the process at once.
+/// From now on the first interruption (Ctrl-C, or a polite kill) ends the run with its results. Another one, more than a second
+/// later, ends the process at once.
 pub fn heed_interruptions() {
     let handler = || {
         let first = INTERRUPTED.get_or_init(Instant::now);
@@ -45,11 +46,11 @@ pub fn heed_interruptions() {
             std::process::exit(i32::from(Exit::Interrupted.number()));
         }
     };
-    // Without a handler an interruption ends the process as it always does: no reason not to run.
+    // If the handler cannot be set, an interruption ends the process as it would by default: no reason not to run.
     ctrlc::set_handler(handler).ok();
 }
 
-/// Whether the user has asked for the end of the run.
+/// Whether the user has requested the end of the run.
 pub fn is_interrupted() -> bool {
     INTERRUPTED.get().is_some()
 }
@@ -60,20 +61,20 @@ enum Display {
     Lines(Mutex<f64>),
 }
 
-/// The terminal's side of a run.
+/// Shows a run on the terminal.
 pub struct Watcher {
-    /// What keeps the run's state, if anything does.
+    /// Keeps the run's state in checkpoints, if requested.
     pub keeper: Option<CheckpointKeeper>,
     started: Instant,
     run_started_s: f64,
     display: Display,
-    /// Whether it has been told that the run takes very long.
+    /// Whether the line on a very long run has been printed.
     has_told: AtomicBool,
-    /// The same of something that keeps a map from its target for good.
+    /// Whether the line on a target that is out of reach has been printed.
     has_told_of_reach: AtomicBool,
-    /// Whether the run has told of itself.
+    /// Whether the run has reported progress.
     has_begun: AtomicBool,
-    /// What ends the process where the run is not ready in time.
+    /// Ends the process if the run is not ready in time.
     guard: Option<TimeGuard>,
 }
 
@@ -100,17 +101,17 @@ impl Watcher {
         }
     }
 
-    /// The same, which lets a guard go once the run is ready.
+    /// The same, with a guard that is released once the run is ready.
     pub fn guarded_by(self, guard: TimeGuard) -> Watcher {
         Watcher { guard: Some(guard), ..self }
     }
 
-    /// Whether the run has told of itself.
+    /// Whether the run has reported progress.
     pub fn has_begun(&self) -> bool {
         self.has_begun.load(Ordering::Relaxed)
     }
 
-    /// Says once that a run will take very long, and once that it may take for ever.
+    /// Prints once that a run will take very long, and once that its target is out of reach.
     fn tell_of_long_run(&self, progress: &Progress) {
         if matches!(self.display, Display::Quiet) {
             return;
@@ -192,8 +193,8 @@ impl Observer for Watcher {
     }
 }
 
-/// Error, target, remaining time with its interval, rays with their forecast, and speed: what matters most comes first, as a narrow
-/// terminal cuts the end off.
+/// The line of progress: error, target, remaining time with its interval, rays with their forecast, and speed. The most important
+/// comes first, since a narrow terminal cuts off the end.
 fn line(progress: &Progress, run_started_s: f64) -> String {
     let mut parts = Vec::new();
     match (progress.estimated_error, progress.target_error) {
@@ -218,7 +219,7 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
     parts.join(", ")
 }
 
-/// The error that a time limit may be expected to afford, which a target is below.
+/// The line on a time limit: the error that it is expected to afford, and whether it comes before the target.
 fn limit_line(error: Forecast, target: Option<f64>) -> String {
     let [low, expected, high] = [error.low, error.expected, error.high].map(percent);
     let comes_first =
@@ -228,29 +229,29 @@ fn limit_line(error: Forecast, target: Option<f64>) -> String {
     )
 }
 
-/// Seconds that remain, with the interval that holds them in nine runs of ten.
+/// Remaining seconds, with the interval that holds them in nine runs of ten.
 fn remaining(left_s: Forecast) -> String {
     let [low, expected, high] = [left_s.low, left_s.expected, left_s.high].map(time);
     if low == high { format!("{expected} left") } else { format!("{expected} left ({low} to {high})") }
 }
 
-/// The same of what has no end in sight yet.
+/// The same without "left", for a run whose end is not near.
 fn within(left_s: Forecast) -> String {
     remaining(left_s).replacen(" left", "", 1)
 }
 
-/// What keeps the slowest map from its target but chance.
+/// The obstacle other than chance that keeps the slowest map from its target.
 fn hindrance(progress: &Progress) -> Option<&Hindrance> {
     progress.slowest_map.as_ref()?.hindrance.as_ref()
 }
 
-/// Whether the run is long enough under way to say that no plan takes the slowest map to its target.
+/// Whether the run has lasted long enough to state that no plan takes the slowest map to its target.
 fn is_out_of_reach(progress: &Progress, runs_s: f64) -> bool {
     runs_s >= BELIEVED_FROM_S && hindrance(progress).is_some_and(Hindrance::is_out_of_reach)
 }
 
-/// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter, has no target, or where its
-/// first seconds leave it open.
+/// The line on a forecast of more than an hour, with its cause and a remedy. `None` if the run is shorter, has no target, or its
+/// first seconds leave the forecast open.
 fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
     let (left_s, target) = (progress.remaining_s?, progress.target_error?);
     let is_out_of_reach = is_out_of_reach(progress, runs_s);
@@ -263,7 +264,7 @@ fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
         left_s if left_s > NEVER_S => "will as good as never be met at this rate".to_owned(),
         _ => format!("is met in some {} at this rate", within(left_s)),
     };
-    // The error falls with the root of the work.
+    // The error falls with the square root of the work.
     let easier = target * ((runs_s + left_s.expected) / PATIENCE_S).sqrt();
     let remedy = match hindrance(progress) {
         Some(Hindrance::Cells(_)) if is_out_of_reach => "--method collision has no such part".to_owned(),
@@ -280,7 +281,7 @@ fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
     ))
 }
 
-/// Why a run takes long, as far as that is known.
+/// The known cause of a long run; empty if none is known.
 fn cause(progress: &Progress, is_out_of_reach: bool) -> String {
     let Some(map) = &progress.slowest_map else {
         return String::new();
@@ -323,7 +324,7 @@ mod tests {
         }
     }
 
-    /// Beyond an hour, and only there, a run says so, by what, and what takes less.
+    /// A forecast of more than an hour is reported with its cause and a remedy; a shorter one is not.
     #[test]
     fn a_forecast_beyond_an_hour_is_told_with_its_cause() {
         let line_of = |remaining_s: f64| long_run_line(&at(Forecast::known(remaining_s), None), 20.0);
@@ -334,7 +335,7 @@ mod tests {
         assert!(line.contains("never") && line.contains("--maps"), "{line}");
     }
 
-    /// At the start a forecast is told where its whole interval lies beyond the hour, and not where the interval reaches into it.
+    /// At the start a forecast is reported only if its whole interval exceeds an hour.
     #[test]
     fn the_pilots_tell_of_a_long_run_before_it() {
         let by_pilots = |low: f64| long_run_line(&at(Forecast { expected: 9000.0, low, high: 20_000.0 }, None), 0.1);
@@ -343,8 +344,8 @@ mod tests {
         assert!(line.contains("2 h 30 min (1 h 06 min to 5 h 33 min)"), "{line}");
     }
 
-    /// What cells share of the error is told as out of reach where it exceeds the target and no plan takes it below, however short the
-    /// forecast; elements that lose more than the target are told as that, a check that refuses likewise.
+    /// An error shared by cells that exceeds the target, and that no plan takes below it, is reported as out of reach, however
+    /// short the forecast. Elements that lose more than the target, and a check that refuses, are reported as their own causes.
     #[test]
     fn what_exceeds_the_target_by_itself_is_told() {
         let line_of =

@@ -1,21 +1,21 @@
-//! Keeps runs from scenes that rays cannot resolve.
+//! Refuses scenes whose proportions rays cannot resolve.
 
 use super::exit::Failure;
 use super::number_text::plain;
 use crate::check::{Proportions, Trust};
 use crate::scene::Scene;
 
-/// Why a scene cannot be computed, or what may be wrong with its results; `None` where rays are exact enough.
+/// The reason why a scene cannot be computed, or why its results may be wrong. There is none if rays are exact enough.
 struct Doubt {
     trust: Trust,
-    /// What the scene is.
+    /// Describes the scene, to complete "the scene is …".
     what: &'static str,
     got: String,
     expected: String,
     remedy: &'static str,
 }
 
-/// Positions known so well leave nothing to be wished for: what is amiss then is not the size of the scene.
+/// Positions in m that are known this well are good enough. The scene's size is then not the problem.
 const FINE_M: f64 = 1e-4;
 
 fn doubt(scene: &Scene) -> Option<Doubt> {
@@ -60,10 +60,11 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
     })
 }
 
-/// Refuses a scene that is too large for what is lit in it, and warns of one that nearly is.
+/// Refuses a scene that is too large for the parts that are lit, and warns of one that nearly is.
 ///
 /// # Errors
-/// What stands there, what it takes, and what to do.
+///
+/// What is wrong, what was found, what is expected, and a remedy.
 pub fn check_proportions(scene: &mut Scene, file: &str) -> Result<(), Failure> {
     match doubt(scene) {
         Some(doubt) if doubt.trust == Trust::None => Err(Failure::Usage {
@@ -79,13 +80,13 @@ pub fn check_proportions(scene: &mut Scene, file: &str) -> Result<(), Failure> {
     }
 }
 
-/// Adds what is doubtful to the warnings of a scene that is only looked at.
+/// Adds the `Doubt`, if any, to the warnings of a scene that is inspected but not solved.
 pub fn warn_of_proportions(scene: &mut Scene) {
     let doubt = doubt(scene);
     tell_first(scene, doubt);
 }
 
-/// No other warning is as grave.
+/// Puts the warning first, since no other is as grave.
 fn tell_first(scene: &mut Scene, doubt: Option<Doubt>) {
     if let Some(doubt) = doubt {
         scene.warnings.insert(0, as_warning(&doubt));
@@ -102,8 +103,8 @@ fn as_warning(doubt: &Doubt) -> String {
 mod tests {
     use super::*;
 
-    /// A lamp in the ceiling's plane of a box that is to be a solid lights its back: that is told, not the size of the scene. A lamp a
-    /// trace above a room's ceiling is told as that, too.
+    /// A lamp in the ceiling's plane of a box that is a solid lights the back of a surface. The message names that, not the size of
+    /// the scene. The same holds for a lamp slightly above a room's ceiling.
     #[test]
     fn light_that_starts_on_a_back_is_no_matter_of_size() {
         let refusal = |height_m: f64, facing: &str| {

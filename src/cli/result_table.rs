@@ -1,4 +1,4 @@
-//! The table that a solved scene prints.
+//! The table that is printed for a solved scene.
 
 use super::number_text::significant;
 use super::text_table::text_table;
@@ -32,7 +32,7 @@ const INTENSITY_HEADER: &[&str] =
 const GLARE_HEADER: &[&str] = &[words!("name"), "UGR", "±", "Lb/(cd/m²)", "±"];
 const GRID_GLARE_HEADER: [&str; 6] = [words!("name"), "UGR", "±", "Lb/(cd/m²)", "±", words!("observer")];
 
-/// Rows of illuminances at most: of thousands a terminal shows the last, and lays all of them out for nothing.
+/// Largest number of rows of illuminances. A terminal shows the last of thousands only, and laying out the others would be wasted.
 const MOST_ROWS: usize = 200;
 
 const VERDICT_HEADER: &[&str] = &[
@@ -45,8 +45,8 @@ const VERDICT_HEADER: &[&str] = &[
     words!("verdict"),
 ];
 
-/// One row a surface side or receiver set: average, minimum, maximum and uniformities, with standard errors. What
-/// observers see follows in tables of its own, and then the verdicts on what the scene requires.
+/// The tables of a solution: one row for each surface side or receiver set, with average, minimum, maximum, uniformities and
+/// standard errors. Tables for observers follow, then the verdicts on the scene's requirements.
 pub fn result_table(scene: &Scene, solution: &Solution) -> String {
     let rows_of = |is_wanted: fn(TableKind) -> bool| {
         solution.maps.iter().flat_map(|map| &map.tables).filter(move |row| is_wanted(row.kind))
@@ -164,21 +164,21 @@ fn verdict_table(scene: &Scene, verdicts: &[Verdict]) -> String {
     table_of(VERDICT_HEADER, &[0, 1, 6], rows)
 }
 
-/// A table with its headings in the language spoken.
+/// A table with its headings in the current language.
 fn table_of(header: &[&'static str], left: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let header: Vec<&str> = header.iter().map(|heading| said(heading)).collect();
     text_table(&header, left, rows)
 }
 
-/// A number with so many significant digits, with the decimal sign of the language spoken.
+/// A number with this many significant digits and the decimal sign of the current language.
 fn number(value: f64, digits: usize) -> String {
     decimal(significant(value, digits))
 }
 
-/// What stands for a number that is not known.
+/// Sign for an unknown number.
 const UNKNOWN: &str = "–";
 
-/// An estimate and its error; one that lies under its own error is told by what the truth is below.
+/// An estimate and its standard error. An estimate below its own error is shown as an upper bound.
 fn told(estimate: Estimate) -> [String; 2] {
     match estimate.is_known() {
         true => [number(estimate.value, 4), number(estimate.standard_error, 2)],
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(lines_of(MOST_ROWS + 30), (MOST_ROWS, Some("30 more rows: see tables.csv".to_owned())));
     }
 
-    /// What lies under its own error is told by a bound, and no ratio of it is.
+    /// An estimate below its own error is shown as an upper bound, and no ratio of it is shown.
     #[test]
     fn numbers_that_cannot_be_are_not_printed() {
         let dark = row([-0.26, 5.0], [0.0, 5.0]);
@@ -281,7 +281,7 @@ mod tests {
             row_of([0.23, 0.22], [0.0, 4.0], [30.0, 1.0], 10.19).ends_with("> 100"),
             "an error of 1,019 % says that nothing is known"
         );
-        // A greatest value that nobody knows, of a place whose average is known: no bound of it, and no Ud.
+        // The greatest value is unknown, while the average is known: the table shows no bound of it, and no Ud.
         let stray = row_of([20.0, 1.0], [10.0, 2.0], [7300.0, 7330.0], 0.01);
         assert!(stray.contains("1.00") && !stray.contains('<') && !stray.contains("0.500"), "{stray}");
         let lit = row([20.0, 1.0], [10.0, 2.0]);

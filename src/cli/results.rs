@@ -1,4 +1,4 @@
-//! What a run leaves behind: files staged in one order, and what the terminal says of them.
+//! The results of a run: stages files in one order, and reports on the terminal.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::output::{
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
 
-/// Stages tables, plots, the report that shows them, and the elements for ParaView and for viewers of glTF.
+/// Stages tables, plots, the report with the plots, and the elements for ParaView and glTF viewers.
 pub fn stage_results(
     scene: &Scene,
     solution: &Solution,
@@ -67,7 +67,7 @@ fn write_pages(
     Ok(directory.written(&files)?)
 }
 
-/// Prints the table in a language, what surfaces are covered, and the warnings.
+/// Prints the table in a language, the surfaces hidden by contact, and the warnings.
 pub fn tell_results(
     scene: &Scene,
     solution: &Solution,
@@ -90,14 +90,14 @@ pub fn tell_results(
     Ok(())
 }
 
-/// A name as a shell takes it.
+/// A file name quoted for a shell.
 pub fn quoted(name: &Path) -> String {
     let text = name.display().to_string();
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "._-/,".contains(letter);
     if !text.is_empty() && text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
-/// A number of things: `1 thread`, `2 threads`.
+/// A count with its noun: `1 thread`, `2 threads`.
 pub fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
@@ -152,9 +152,9 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
     format!("{end}{stated}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}", time(wall_s))
 }
 
-/// What is told of surfaces of which something covers a part.
+/// The note on surfaces that are partly hidden by contact.
 fn covered_line(scene: &Scene, solution: &Solution) -> Option<String> {
-    /// More names than these say no more.
+    /// Largest number of names; more would not help.
     const MOST: usize = 8;
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     let mut rows: Vec<&TableRow> =
@@ -166,7 +166,7 @@ fn covered_line(scene: &Scene, solution: &Solution) -> Option<String> {
     (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
 }
 
-/// What is told of surfaces that stand in files alone.
+/// The note on surfaces that are listed in files only.
 fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     let count = rows.filter(|row| row.kind == TableKind::Surface && !scene.is_reported(&row.name)).count();
@@ -178,7 +178,7 @@ fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
     })
 }
 
-/// What is told of more receiver sets than are plotted.
+/// The note if there are more receiver sets than are plotted.
 fn unplotted_line(solution: &Solution) -> Option<String> {
     let sets = solution.maps.iter().filter(|map| map.kind != MapKind::Elements).count();
     let plotted = plotted_sets(sets);
@@ -187,7 +187,7 @@ fn unplotted_line(solution: &Solution) -> Option<String> {
     })
 }
 
-/// How the program ends on it.
+/// The exit code for a solution.
 pub fn exit_of(solution: &Solution) -> Exit {
     match (solution.stop_reason, solution.target_met) {
         (StopReason::Interrupted, _) => Exit::Interrupted,

@@ -1,4 +1,4 @@
-//! `luxmc resume`: goes on with a run from its checkpoint.
+//! `luxmc resume`: resumes a run from its checkpoint.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -59,7 +59,7 @@ pub struct ResumeArguments {
     quiet: bool,
 }
 
-/// Goes on with a run.
+/// Resumes a run.
 pub fn run(arguments: &ResumeArguments, started: Instant) -> Outcome {
     let file = read_checkpoint(&arguments.checkpoint)?;
     check_version(&file)?;
@@ -79,7 +79,7 @@ pub fn run(arguments: &ResumeArguments, started: Instant) -> Outcome {
     run_from(&solve, Some(Resumption { file, scene, time_limit_s: arguments.time_limit }), started)
 }
 
-/// The scene as the run named it, where that leads to the same place; else the place.
+/// The scene's path as the run named it, if that still leads to the same file; else its absolute path.
 fn scene_of(file: &CheckpointFile) -> PathBuf {
     let named = Path::new(&file.header.scene);
     match std::path::absolute(named) {

@@ -1,4 +1,4 @@
-//! A run as every front end asks for it: options in words, checked against a scene, solved, and written.
+//! A run for all front ends: options as text, checked against a scene, solved, and written.
 
 use std::path::Path;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -24,7 +24,7 @@ use crate::solver::{
     VerdictLadder, resume, resume_share, solve_share, solve_to_verdicts,
 };
 
-/// What a run is asked to do: the options of `luxmc solve`.
+/// The settings of a run: the options of `luxmc solve`.
 ///
 /// ```
 /// let mut options = luxmc::RunOptions::default();
@@ -43,13 +43,13 @@ pub struct RunOptions {
     pub mesh: MeshChoice,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Target of the stated error as a fraction; 0.01 where no stop rule is given.
+    /// Target of the stated error as a fraction; 0.01 if no stop rule is given.
     pub target_error: Option<f64>,
-    /// What the run goes on for besides: `target_error` then is the least error that it goes to.
+    /// Further goal of the run. If it is set, `target_error` is the smallest error that the run goes to.
     pub target: Option<Target>,
-    /// Chains for every map, if fixed.
+    /// Number of chains for every map, if fixed.
     pub chains: Option<u64>,
-    /// Seconds by the observer's clock, if limited.
+    /// Time limit in s by the observer's clock, if any.
     pub time_limit_s: Option<f64>,
     /// Maps that are computed and bound to the target, as `--maps` names them.
     pub maps: Option<String>,
@@ -78,7 +78,7 @@ impl Default for RunOptions {
 }
 
 impl RunOptions {
-    /// Names that [`RunOptions::set`] knows.
+    /// Names that [`RunOptions::set`] accepts.
     pub const NAMES: [&str; 9] =
         ["method", "elements", "seed", "target_error", "target", "chains", "time_limit", "maps", "threads"];
 
@@ -86,7 +86,7 @@ impl RunOptions {
     ///
     /// # Errors
     ///
-    /// A name that is none of [`RunOptions::NAMES`], and what the command line refuses, in its words.
+    /// A name that is not in [`RunOptions::NAMES`], and a value that the command line refuses, with its message.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), Failure> {
         let refuse = |says: String| Failure::Usage {
             what: format!("invalid value for {name}"),
@@ -145,24 +145,24 @@ impl RunOptions {
     }
 }
 
-/// A scene and what is asked of it, checked against each other: nothing but memory or disk can refuse the run any more.
+/// A scene and the options of a run, checked against each other. After that, only a lack of memory or disk can stop the run.
 #[derive(Debug)]
 pub struct SceneRun {
     scene: Scene,
     options: RunOptions,
     settings: Settings,
     pool: rayon::ThreadPool,
-    /// Digest of the scene with all its receivers, where the run has a part of them alone.
+    /// Digest of the scene with all its receivers, if the run has only a part of them.
     digest_of_whole: Option<String>,
 }
 
 impl SceneRun {
-    /// Checks options against a scene; `file` names the scene in messages. What is doubtful joins the scene's warnings.
+    /// Checks options against a scene; `file` names the scene in messages. Doubts about the scene are added to its warnings.
     ///
     /// # Errors
     ///
-    /// What `luxmc solve` refuses: maps that the scene does not have, a method that cannot compute it, a scene that rays cannot
-    /// resolve, more memory than there is.
+    /// As `luxmc solve`: maps that the scene does not have, a method that cannot compute it, a scene that rays cannot resolve, or
+    /// more memory than there is.
     pub fn new(mut scene: Scene, file: &str, options: RunOptions) -> Result<SceneRun, Failure> {
         check_proportions(&mut scene, file)?;
         let mut settings = options.settings(&scene)?;
@@ -191,12 +191,12 @@ impl SceneRun {
         self.digest_of_whole.clone().unwrap_or_else(|| self.scene.digest())
     }
 
-    /// Ends computing earlier than the time limit says, so that what comes after it ends in time.
+    /// Ends computing before the time limit, so that the work after it ends in time.
     pub fn compute_until(&mut self, limit_s: f64) {
         self.settings.time_limit_s = Some(limit_s);
     }
 
-    /// What the solver is asked for.
+    /// The settings for the solver.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -206,21 +206,21 @@ impl SceneRun {
         self.pool.current_num_threads()
     }
 
-    /// Does something on the run's threads.
+    /// Runs work on the run's threads.
     pub fn on_its_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
 
-    /// Computes the maps by the method asked for, on the run's threads.
+    /// Computes the maps by the chosen method, on the run's threads.
     ///
     /// # Errors
     ///
-    /// Radiosity and light meshes that have no time for anything.
+    /// Radiosity and light meshes without time for any result.
     pub fn solve(&self, observer: &dyn Observer) -> Result<Solution, Failure> {
         self.solve_from(None, observer)
     }
 
-    /// The same from the beginning, or on from where the run was kept, which methods without chains are not.
+    /// The same, from the beginning or resumed from a checkpoint. Methods without chains cannot be resumed.
     pub(super) fn solve_from(&self, going_on: Option<GoingOn>, observer: &dyn Observer) -> Result<Solution, Failure> {
         let (scene, settings) = (&self.scene, &self.settings);
         self.on_its_threads(|| match (self.options.target, going_on) {
@@ -233,7 +233,7 @@ impl SceneRun {
         })
     }
 
-    /// One run from the beginning by the method asked for.
+    /// Computes one run from the beginning by the chosen method.
     fn solve_once(&self, settings: &Settings, observer: &dyn Observer) -> Result<Solution, Failure> {
         let scene = &self.scene;
         match self.options.method {
@@ -245,7 +245,7 @@ impl SceneRun {
         }
     }
 
-    /// Computes a share by settings of its own, for a run that goes by rounds.
+    /// Computes a share with its own settings, for a run in rounds.
     #[cfg(feature = "mpi")]
     pub(super) fn solve_share_by(
         &self,
@@ -256,7 +256,7 @@ impl SceneRun {
         self.on_its_threads(|| solve_share(&self.scene, settings, portion, observer))
     }
 
-    /// Computes a portion of the run, from the beginning or on from where it was kept.
+    /// Computes a portion of the run, from the beginning or resumed from a checkpoint.
     pub(super) fn solve_share(
         &self,
         portion: Portion,
@@ -271,9 +271,9 @@ impl SceneRun {
     }
 }
 
-/// Starts threads: all processors where none are asked for.
+/// Starts a pool of threads: as many as there are processors if `None`.
 pub fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
-    // Rayon takes 0 for all processors.
+    // Rayon takes 0 as all processors.
     let wanted = threads.unwrap_or(0);
     rayon::ThreadPoolBuilder::new().num_threads(wanted).build().map_err(|error| Failure::Usage {
         what: "the threads cannot be started".to_owned(),
@@ -283,29 +283,29 @@ pub fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure>
     })
 }
 
-/// What files tell of a run besides its scene and solution.
+/// Facts on a run, besides its scene and solution, for its files.
 #[derive(Clone, Debug)]
 pub struct RunStory {
     /// The scene file, as named by the user.
     pub scene: String,
-    /// What the user can type to make the run again.
+    /// The command that reproduces the run.
     pub command: String,
     /// Worker threads.
     pub threads: usize,
     /// Seconds from the start until the scene was read.
     pub read_s: f64,
-    /// Seconds from the start until all was computed.
+    /// Seconds from the start until computing ended.
     pub computed_s: f64,
     /// Formats of plots; `None`: SVG.
     pub plots: Option<Plots>,
     /// Language of report and plots.
     pub language: Language,
-    /// Whether it is a whole run.
+    /// Whether this is a whole run or a part of one.
     pub part: PartOfRun,
 }
 
 impl RunStory {
-    /// `summary.json` of a run whose files are those named.
+    /// The file `summary.json` of a run with these files.
     pub fn summary(&self, scene: &Scene, solution: &Solution, files: Vec<String>, write_s: f64) -> ResultFile {
         let record = RunRecord {
             scene: self.scene.clone(),
@@ -321,7 +321,7 @@ impl RunStory {
         summary_file(scene, solution, &record)
     }
 
-    /// Writes all files of a run into a directory, that of `more` too; they appear together, or not at all. Returns `summary.json`.
+    /// Writes all files of a run and the file `more` into a directory. They appear together or not at all. Returns `summary.json`.
     ///
     /// # Errors
     ///
@@ -353,7 +353,7 @@ impl RunStory {
         Ok(summary)
     }
 
-    /// The same into a directory by its name, which is made where it is missing.
+    /// The same into a directory given by its path, which is made if it is missing.
     ///
     /// # Errors
     ///

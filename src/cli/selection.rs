@@ -1,22 +1,22 @@
-//! Which maps `--maps` names in a scene.
+//! Which maps of a scene `--maps` names.
 
 use super::exit::Failure;
 use crate::maps::MapKind;
 use crate::scene::{ReceiversPart, Scene};
 use crate::solver::{MapSelection, map_requests};
 
-/// Turns the option's text into maps of the scene.
+/// Converts the option's text into maps of the scene.
 ///
 /// # Errors
 ///
-/// A name that the scene does not know, or receivers where there are none.
+/// A name that the scene does not have, or receivers if there are none.
 pub fn select_maps(text: Option<&str>, scene: &Scene) -> Result<MapSelection, Failure> {
     let Some(text) = text else {
         return Ok(MapSelection::Default);
     };
     let is_set = |name: &str| scene.receivers.iter().any(|set| set.name == name);
 
-    // A set whose own name holds a comma can still be asked for alone.
+    // A set whose own name contains a comma can still be named alone.
     let names: Vec<&str> = if is_set(text) { vec![text] } else { text.split(',').map(str::trim).collect() };
 
     match names.as_slice() {
@@ -40,11 +40,11 @@ pub fn select_maps(text: Option<&str>, scene: &Scene) -> Result<MapSelection, Fa
     Ok(MapSelection::Named(selected))
 }
 
-/// The maps of a run that has a part of the receivers: sets of which it has points, of those that were selected.
+/// Returns the maps of a run with a part of the receivers: the selected sets of which the part has points.
 ///
 /// # Errors
 ///
-/// The element map asked for by name, which no run shares out, and a part without any point.
+/// The element map is named, which no run divides; or the part has no points.
 pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> Result<MapSelection, Failure> {
     let asked = format!("--receivers-part {}/{}", part.number, part.of);
     let kinds = map_requests(scene, maps).into_iter().map(|(kind, _)| kind);

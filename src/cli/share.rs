@@ -1,4 +1,4 @@
-//! Portions of a run: what `--share` and `--receivers-part` ask for, and what they leave behind.
+//! Portions of a run: `--share` and `--receivers-part`, and the files of a portion.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::output::ShareHeader;
 use crate::scene::Scene;
 use crate::solver::{ElementChoice, Portion, Settings, Share, ShareRecord, Solution, map_requests};
 
-/// The options that ask for a portion, as the command line has them.
+/// The options that select a portion, as on the command line.
 pub fn options_of(portion: Portion) -> String {
     let share = portion.share.map(|share| format!(" --share {}/{}", share.number, share.of));
     let part = portion.part.map(|part| format!(" --receivers-part {}/{}", part.number, part.of));
@@ -20,7 +20,7 @@ pub fn options_of(portion: Portion) -> String {
 ///
 /// # Errors
 ///
-/// A method whose shares would all tell the same, elements that would differ from share to share, and a share of no known size.
+/// A method whose shares would all be equal, elements that would differ between shares, and a share without a known size.
 pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: MethodChoice) -> Result<(), Failure> {
     let asked = options_of(portion).trim().to_owned();
     let refuse = |what: &str, got: String, expected: &str, remedy: &str| {
@@ -55,7 +55,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     Ok(())
 }
 
-/// What a share tells of itself; the command and the threads are left to the caller.
+/// The header of a share's file; the caller fills in the command and the threads.
 pub fn header(
     scene_digest: String,
     scene_file: &Path,

@@ -8,7 +8,7 @@ use super::{Outcome, console};
 use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
 use crate::output::shortest;
 
-/// What the command does, at length.
+/// Long help text of the command.
 pub const ABOUT: &str = "\
 Exact illuminance on one of two infinite parallel diffuse planes, lit by an isotropic point source of 1 cd between
 them. The distance between the planes is 1; r is the distance from the foot of the source's perpendicular. For planes

@@ -1,4 +1,4 @@
-//! `luxmc solve`: read, prove the directory, compute, write, tell.
+//! `luxmc solve`: reads the scene, proves the directory writable, computes, writes and reports.
 
 use std::path::Path;
 use std::time::Instant;
@@ -30,7 +30,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     run_from(arguments, None, started)
 }
 
-/// Whether a run for verdicts is asked for beside what it cannot do.
+/// Refuses options that a run for verdicts cannot be combined with.
 fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
     verdict_target::check(
         arguments.target,
@@ -55,7 +55,7 @@ fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
     )
 }
 
-/// What holds for the whole process: interruptions, memory, what is not checked.
+/// Sets up the whole process: interruptions, the memory limit, and the checks to skip.
 fn set_up(arguments: &SolveArguments) -> Result<(), Failure> {
     heed_interruptions();
     check_verdict_target(arguments)?;
@@ -67,7 +67,7 @@ fn set_up(arguments: &SolveArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Tells the guard, and the user, what a look at the scene file says of the time until rays start, under a time limit.
+/// Under a time limit, gives the guard and the user an estimate, from the scene file, of the time until rays start.
 fn announce(
     arguments: &SolveArguments,
     scene_file: &Path,
@@ -83,7 +83,7 @@ fn announce(
     Some(scene)
 }
 
-/// Makes the directory for the results, and proves that a checkpoint can be written; where not, no directory stays.
+/// Makes the directory for the results, and proves that a checkpoint can be written. If it cannot, a new directory is removed.
 fn open_results(arguments: &SolveArguments, out: &Path, guard: &TimeGuard) -> Result<ResultDirectory, Failure> {
     let new = (!out.exists()).then(|| out.to_owned());
     let (directory, checkpoint) = guard.undisturbed(new, || {
@@ -97,13 +97,13 @@ fn open_results(arguments: &SolveArguments, out: &Path, guard: &TimeGuard) -> Re
     Ok(directory)
 }
 
-/// Element sides of a scene whose map is asked for.
+/// Number of element sides of a scene if their map is requested, else 0.
 fn sides_asked_for(scene: &Scene, settings: &Settings) -> usize {
     let is_asked_for = map_requests(scene, &settings.maps).iter().any(|(kind, _)| *kind == MapKind::Elements);
     if is_asked_for { Elements::of(scene).len() } else { 0 }
 }
 
-/// Solves a scene from the beginning, or goes on from a checkpoint.
+/// Solves a scene from the beginning, or resumes from a checkpoint.
 pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
     set_up(arguments)?;
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
@@ -194,8 +194,8 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     Ok(exit_of(&solution))
 }
 
-/// Second of the run at which computing ends, so that what is kept back for writing suffices; tells so, unless that `was_told`. The times
-/// are the limit and what reading took.
+/// Second of the run at which computing ends, so that the time kept back for writing suffices. Reports this, unless `was_told`. The
+/// array holds the limit and the seconds of reading.
 fn time_to_compute(kept_back: KeptBack, was_told: bool, [limit_s, read_s]: [f64; 2], tell: &dyn Fn(&str)) -> f64 {
     match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_told)) {
         Some(line) => console::message(&line),
@@ -204,7 +204,7 @@ fn time_to_compute(kept_back: KeptBack, was_told: bool, [limit_s, read_s]: [f64;
     kept_back.computing_until_s
 }
 
-/// A run that has ended, and what of it stands beside its solution in the results.
+/// A run that has ended, with facts for its results besides the solution.
 struct EndedRun<'a> {
     run: &'a SceneRun,
     scene_file: &'a Path,
@@ -213,7 +213,7 @@ struct EndedRun<'a> {
 }
 
 impl EndedRun<'_> {
-    /// Writes the results, and of a portion its sums beside them.
+    /// Writes the results; for a portion, also its sums.
     fn write(
         &self,
         arguments: &SolveArguments,
@@ -241,7 +241,7 @@ impl EndedRun<'_> {
     }
 }
 
-/// What a user should know who looks at the results.
+/// The notes that a user should read with the results.
 fn notes_on<'a>(arguments: &SolveArguments, solution: &'a Solution) -> impl Iterator<Item = &'a str> {
     let binds_elements = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
     let is_idle = arguments.elements == ElementChoice::Given && !binds_elements;
@@ -274,8 +274,8 @@ pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: 
     )
 }
 
-/// Shares a limit out between computing and what comes after it, by what the scene takes by its files: seconds of the limit, of reading, and
-/// so far.
+/// Divides a limit between computing and the work after it, from the estimate by the scene's files. The array holds the limit, the
+/// seconds of reading, and the seconds so far.
 fn keep_back(
     run: &SceneRun,
     known: Beforehand,
@@ -294,7 +294,7 @@ fn keep_back(
     KeptBack::of(limit_s, now_s, Work { files: files_about(sets, surfaces), ..known.work() }, machine)
 }
 
-/// What is told before the run where reading alone has taken all the time there was.
+/// The warning before the run if reading alone has used up the limit.
 fn late_line(limit_s: f64, read_s: f64, kept_back: &KeptBack) -> Option<String> {
     (read_s >= limit_s).then(|| {
         format!(

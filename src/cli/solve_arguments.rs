@@ -1,4 +1,4 @@
-//! The arguments of `luxmc solve`, the options of a run that they stand for, and the command that makes it again.
+//! The arguments of `luxmc solve`, their conversion to options of a run, and the command that repeats it.
 
 use std::path::{Path, PathBuf};
 
@@ -120,24 +120,24 @@ pub struct SolveArguments {
 }
 
 impl SolveArguments {
-    /// What of the run is asked for, if not all of it.
+    /// The portion of the run that is requested, if not all of it.
     pub(super) fn portion(&self) -> Option<Portion> {
         let (share, part) = (self.share, self.receivers_part);
         (share.is_some() || part.is_some()).then_some(Portion { share, part })
     }
 }
 
-/// A run that goes on.
+/// A run that is resumed.
 pub struct Resumption {
     /// Its checkpoint.
     pub file: CheckpointFile,
-    /// Where its scene lies.
+    /// Path of its scene.
     pub scene: PathBuf,
-    /// Seconds from the start of the process at which this part of it ends.
+    /// Seconds from the start of the process at which this part of the run ends, if limited.
     pub time_limit_s: Option<f64>,
 }
 
-/// The command with which the run can be made again.
+/// The command that reproduces the run.
 pub fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
     let portion = arguments.portion().map_or(String::new(), share::options_of);
     format!("{} --out out{portion}", command_without_output(arguments, solution))
@@ -170,7 +170,7 @@ pub fn command_without_output(arguments: &SolveArguments, solution: &Solution) -
     command
 }
 
-/// What a run is made with.
+/// Converts the arguments to the options of a run.
 pub fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
     Ok(RunOptions {
         method: arguments.method,

@@ -14,7 +14,7 @@ use crate::output::{sunlight_file, write_files};
 use crate::scene::Scene;
 use crate::year::{EXPOSURE_HOURS, SetSunlight, SunSite, sum_of_hours, sunlight};
 
-/// What the command does, at length.
+/// Long help text of the command.
 pub const ABOUT: &str = "\
 Exposure to sunlight after EN 17037: for how many hours of a day the sun's middle is seen from each receiver, where it stands in front of its
 plane, through panes and past all geometry. The standard asks for 1.5, 3 or 4 hours on a day between 1 February and 21
@@ -58,7 +58,7 @@ pub struct SunlightArguments {
     threads: Option<usize>,
 }
 
-/// Days of a year by month and day.
+/// Days of a year as pairs of month and day.
 #[derive(Clone, Debug, PartialEq)]
 struct Days(Vec<(u32, u32)>);
 
@@ -77,7 +77,7 @@ fn days(text: &str) -> Result<Days, String> {
     if found.is_empty() { Err(REMEDY.to_owned()) } else { Ok(Days(found)) }
 }
 
-/// Looks for the sun, prints each set's day, and writes all.
+/// Finds the hours of sun, prints a table with each set's days, and writes all of them.
 pub fn run(arguments: &SunlightArguments) -> Outcome {
     let scene = read_scene(&arguments.scene)?;
     let site = SunSite {

@@ -1,9 +1,9 @@
-//! Tables for reading on a terminal.
+//! Tables for a terminal.
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table};
 
-/// Lines of a table: columns named in `left` are flush left, all others flush right; no line ends in spaces.
+/// Lays out a table as lines of text. Columns in `left` are flush left, all others flush right. No line ends in spaces.
 pub fn text_table(header: &[&str], left: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING);

@@ -1,5 +1,5 @@
-//! A time limit holds before anything is computed, too: a process that still reads its scene, or makes it ready for rays, a second and a
-//! tenth after its limit has nothing to show. It ends in words, by a thread that waits for nothing else.
+//! Enforces a time limit before computing begins. A process that still reads its scene, or makes it ready for rays, at 1.1 times
+//! its limit plus one second has no result. It then ends with a message, by a thread that waits for nothing else.
 
 use std::path::PathBuf;
 use std::process::exit;
@@ -15,30 +15,30 @@ use super::patience::latest_s;
 use crate::base::memory::used_bytes;
 use crate::scene::under_way::reading_so_far;
 
-/// Time between two looks at how much memory there is to give back.
+/// Time between two checks of the memory that must be given back.
 const LOOK: Duration = Duration::from_millis(50);
-/// What the end of a process takes, in s, and what the system takes for every byte that it gets back (0.2 s of 2 GB; a busy machine half
-/// as much again).
+/// Seconds that the end of a process takes, and seconds that the system takes for every byte that it gets back. It took 0.2 s for 2
+/// GB, and half as much again on a busy machine.
 const ENDING_S: f64 = 0.02;
 const GIVING_BACK_S_A_BYTE: f64 = 0.15e-9;
-/// A limit leaves time to compute from so many times what a scene takes whatever is computed.
+/// A limit leaves time to compute if it is at least this multiple of the time that the scene takes whatever is computed.
 const LIMIT_OVER_ALL: f64 = 2.0;
 
-/// Ends the process in words, unless it is let go in time.
+/// Ends the process with a message, unless it is released in time.
 pub struct TimeGuard(Arc<Watched>);
 
 #[derive(Default)]
 struct Watched {
-    /// Whether the run may go on as long as it likes.
+    /// Whether the run was released from the guard.
     is_let_go: AtomicBool,
     beforehand: OnceLock<Beforehand>,
     read_s: OnceLock<f64>,
-    /// The directory of the results, where it was made for them. Whoever makes it, or ends the process, holds this.
+    /// The results directory, if it was made for this run. Whoever makes it, or ends the process, holds this lock.
     made: Mutex<Option<PathBuf>>,
 }
 
 impl TimeGuard {
-    /// Guards a process that started at `started`; without a limit it guards nothing.
+    /// Guards a process that started at `started`. Without a limit it guards nothing.
     pub fn of(limit_s: Option<f64>, started: Instant) -> TimeGuard {
         let watched = Arc::new(Watched::default());
         let end = limit_s.and_then(|limit_s| Some((limit_s, Duration::try_from_secs_f64(latest_s(limit_s)).ok()?)));
@@ -54,18 +54,18 @@ impl TimeGuard {
         TimeGuard(watched)
     }
 
-    /// What the scene takes by the sizes of its files.
+    /// Takes the estimate of the scene's time from the sizes of its files.
     pub fn expect(&self, beforehand: Beforehand) {
         self.0.beforehand.set(beforehand).ok();
     }
 
-    /// The scene is read.
+    /// Records that the scene was read after `read_s` seconds.
     pub fn has_read(&self, read_s: f64) {
         self.0.read_s.set(read_s).ok();
     }
 
-    /// Makes what is to lie on the disk: nothing ends the process in the midst of that. A directory that is made for the results goes where
-    /// there are none.
+    /// Runs `make`, which writes to the disk, so that the guard cannot end the process meanwhile. If the process is ended later, a
+    /// new `directory` for the results is removed.
     pub fn undisturbed<T>(&self, directory: Option<PathBuf>, make: impl FnOnce() -> T) -> T {
         let mut made = self.0.made.lock().unwrap_or_else(PoisonError::into_inner);
         let done = make();
@@ -73,7 +73,7 @@ impl TimeGuard {
         done
     }
 
-    /// All that follows asks the clock itself.
+    /// Releases the run: the work that follows checks the clock itself.
     pub fn let_go(&self) {
         self.0.is_let_go.store(true, Ordering::SeqCst);
     }
@@ -91,7 +91,7 @@ impl Drop for TimeGuard {
 }
 
 impl Watched {
-    /// Ends the process, unless it was let go.
+    /// Ends the process, unless it was released.
     fn end(&self, limit_s: f64, started: Instant) {
         let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if self.is_let_go.load(Ordering::SeqCst) {
@@ -105,7 +105,7 @@ impl Watched {
         exit(i32::from(failure.exit().number()))
     }
 
-    /// What has been done in the seconds so far, and how long all would take.
+    /// The message: what has been done in the seconds so far, and how long all of it would take.
     fn failure(&self, limit_s: f64, now_s: f64) -> Failure {
         let (until, done) = match self.read_s.get() {
             None => ("its scene was read", format!("reading had come to {} after {}", reading_so_far(), time(now_s))),
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(watched.failure(1.0, 2.1).exit().number(), 2);
     }
 
-    /// Who has two gigabytes to give back ends a third of a second before the time is over.
+    /// A process with 2 GB to give back ends a third of a second before the limit.
     #[test]
     fn giving_memory_back_is_reckoned_with() {
         assert!((giving_back(2_000_000_000).as_secs_f64() - 0.32).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! `luxmc ugr-table`: the ratings of a luminaire in the standard rooms.
+//! `luxmc ugr-table`: the UGR ratings of a luminaire in the standard rooms.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use crate::output::{
 };
 use crate::scene::photometry::{PhotometricFile, read_photometric_file};
 
-/// What the command does, at length.
+/// Long help text of the command.
 pub const ABOUT: &str = "\
 UGR table of a luminaire after CIE 190:2010: nineteen rooms of 2H × 2H to 12H × 8H, viewed crosswise and endwise, for
 five sets of reflectances, by the standard's formulas. H is 2 m from the eye to the luminaires, which stand 0.25 H
@@ -56,7 +56,7 @@ pub struct UgrTableArguments {
     language: Language,
 }
 
-/// Prints the table, and writes it where that was asked for.
+/// Prints the table, and writes its files if requested.
 pub fn run(arguments: &UgrTableArguments) -> Outcome {
     let file = read_photometric_file(&arguments.file)?;
     let sets = arguments.reflectances.as_ref().map_or(TABLE_REFLECTANCES.to_vec(), |Reflectances(sets)| sets.clone());
@@ -105,7 +105,7 @@ fn facts(file: &PhotometricFile, table: &UgrTable) -> Vec<(&'static str, String)
     facts
 }
 
-/// The table for reading: sets of reflectances over the ratings, crosswise first.
+/// The table as text: columns are sets of reflectances; crosswise ratings come first.
 fn table_text(luminaire: &str, file: &PhotometricFile, table: &UgrTable, corrections: &[SpacingCorrection]) -> String {
     let sets: Vec<String> =
         table.reflectances.iter().map(|set| set.map(|reflectance| plain(100.0 * reflectance, 3)).join("/")).collect();

@@ -1,4 +1,4 @@
-//! `luxmc validate`: runs cases against their truths and writes the report.
+//! `luxmc validate`: runs cases against known true values and writes the report.
 
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -66,7 +66,7 @@ pub struct ValidateArguments {
     quiet: bool,
 }
 
-/// Validates.
+/// Runs the validation.
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let method = method_of(arguments)?;
     if arguments.names.iter().any(|name| name == PROVING_GROUND) {
@@ -130,7 +130,7 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     }
     validation.wall_s = started.elapsed().as_secs_f64();
 
-    // The report comes last: where it stands, everything that it speaks of stands too.
+    // The report comes last: if it exists, all files that it names exist too.
     for case in &validation.cases {
         directory.stage(&file(&format!("{}.csv", case.name), case_csv(case)))?;
     }
@@ -148,7 +148,7 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     Ok(Exit::CaseFailed)
 }
 
-/// The method that the user asks for, if one.
+/// The requested method, if any.
 fn method_of(arguments: &ValidateArguments) -> Result<Option<RunMethod>, Failure> {
     let mesh = arguments.mesh.choice(arguments.method.as_deref() == Some("light-mesh"))?;
     let Some(name) = &arguments.method else { return Ok(None) };
@@ -161,11 +161,11 @@ fn method_of(arguments: &ValidateArguments) -> Result<Option<RunMethod>, Failure
     Ok(Some(method))
 }
 
-/// The group that is run many times over.
+/// Name of the group that is run many times.
 const CALIBRATION: &str = "calibration";
-/// Runs of every map where nothing else is asked for.
+/// Default number of runs of every map.
 const COARSE_SEEDS: u64 = 60;
-/// Target of every run where nothing else is asked for.
+/// Default target error of every run, as a fraction.
 const CHEAP_TARGET: f64 = 0.03;
 
 fn run_calibration(arguments: &ValidateArguments, cases: &[Case]) -> Outcome {

@@ -1,4 +1,4 @@
-//! Values of options as users write them: `1%`, `60s`, `1_000_000`, `0:3:31`.
+//! Parses values of options as users write them: `1%`, `60s`, `1_000_000`, `0:3:31`.
 //!
 //! The errors are texts for clap, which puts the option and its value before them.
 
@@ -8,9 +8,9 @@ use crate::solver::Share;
 
 /// Largest number of worker threads.
 const MOST_THREADS: usize = 1024;
-/// Largest number of chains a map: what the counters of samples hold.
+/// Largest number of chains of a map: the limit of the counters of samples.
 const MOST_CHAINS: u64 = 1 << 36;
-/// Longest list that `from:to:count` may ask for.
+/// Largest number of values of `from:to:count`.
 const MOST_VALUES: usize = 1_000_000;
 /// Longest time limit in s: a century.
 const LONGEST_S: f64 = 3.2e9;
@@ -37,7 +37,7 @@ fn number_or_percent(text: &str) -> Option<f64> {
     Some(digits.parse::<f64>().ok()? / unit)
 }
 
-/// A check of meshes by its name.
+/// Parses the name of a check of meshes.
 pub fn mesh_check(text: &str) -> Result<MeshCheck, String> {
     let names = MeshCheck::ALL.map(MeshCheck::name).join(", ");
     let found = MeshCheck::ALL.into_iter().find(|check| check.name() == text.trim());
@@ -108,7 +108,7 @@ pub fn time_s(text: &str) -> Result<f64, String> {
     Err(format!("out of range; {REMEDY}"))
 }
 
-/// Memory in bytes: a number with `MB`, `GB`, `MiB`, `GiB` or another such unit, or without one (bytes).
+/// Memory in bytes: a number with `MB`, `GB`, `MiB`, `GiB` or a similar unit, or without a unit (bytes).
 pub fn bytes(text: &str) -> Result<u64, String> {
     const REMEDY: &str = "write an amount of at least 64 MB, such as 2GB, 512MiB or 2e9";
     const LEAST: f64 = 64e6;
@@ -158,7 +158,7 @@ fn whole_number(text: &str) -> Option<u64> {
     }
     let number: f64 = plain.parse().ok()?;
 
-    // Up to here every whole f64 is that very number.
+    // Up to this number, every whole f64 is exact.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     (number.fract() == 0.0 && (0.0..=EXACT).contains(&number)).then_some(number as u64)
 }
@@ -187,7 +187,7 @@ pub fn distances(text: &str) -> Result<Distances, String> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distances(pub Vec<f64>);
 
-/// Both ends are exact. Of a single value there is only the first.
+/// Values from `from` to `to`, both exact. A count of 1 gives `from` alone.
 fn evenly_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
     let last = count.saturating_sub(1).max(1) as f64;
     (0..count).map(|index| if index == 0 { from } else { from + (to - from) * index as f64 / last }).collect()

@@ -1,4 +1,4 @@
-//! `--target verdicts`: what a run goes on for besides an error, and what goes with it.
+//! `--target verdicts`: the goal of a run besides an error, and the options that fit it.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,14 +7,14 @@ use crate::maps::MapKind;
 use crate::scene::Scene;
 use crate::solver::{MapSelection, Settings, map_requests};
 
-/// What a run goes on for, besides an error.
+/// Goal of a run, besides an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Target {
-    /// Until every requirement of the scene is decided.
+    /// The run goes on until every requirement of the scene is decided.
     Verdicts,
 }
 
-/// Reads a target, for clap.
+/// Parses a target, for clap.
 pub fn target(text: &str) -> Result<Target, String> {
     match text {
         "verdicts" => Ok(Target::Verdicts),
@@ -22,11 +22,11 @@ pub fn target(text: &str) -> Result<Target, String> {
     }
 }
 
-/// Makes settings those of a run for verdicts: where no maps are named, the receiver sets are what is computed.
+/// Adapts settings to a run for verdicts: if no maps are named, the receiver sets are computed.
 ///
 /// # Errors
 ///
-/// Fixed chains, and maps that nothing is required of.
+/// Fixed chains, and maps without requirements.
 pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
     if let Some(chains) = settings.chains {
         return Err(refusal(
@@ -58,7 +58,7 @@ pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
     Err(refusal("there is nothing to decide", got.to_owned(), "receivers with \"requirements\"", remedy))
 }
 
-/// Refuses what a run for verdicts is not made of: an option, and why.
+/// Refuses an option that a run for verdicts cannot have, with the reason.
 ///
 /// # Errors
 ///

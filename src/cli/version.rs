@@ -1,8 +1,8 @@
-//! `luxmc --version`: version, commit, target, and what the processor can do.
+//! `luxmc --version`: version, commit, target, and features of the processor.
 
 use std::sync::LazyLock;
 
-/// What the processor can do of what the program was built for or makes use of, by its name.
+/// Names of the processor's features among those that the program was built for or uses.
 fn features() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]
     let known = [
@@ -20,7 +20,7 @@ fn features() -> Vec<&'static str> {
     known.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name).collect()
 }
 
-/// What the program was built to need of a processor, beyond what every one of its kind has.
+/// Names of the features that the program was built to need, beyond the basic set of the target.
 fn needed() -> Vec<&'static str> {
     [
         ("avx", cfg!(target_feature = "avx")),
@@ -37,7 +37,7 @@ fn or_none(names: &[&str]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(" ") }
 }
 
-/// The text behind the program's name.
+/// The text after the program's name.
 pub fn long_version() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let commit = match env!("LUXMC_BUILT_FROM") {

@@ -1,4 +1,4 @@
-//! `luxmc year`: hourly illuminances of a year, and what standards count in them.
+//! `luxmc year`: hourly illuminances of a year, and the measures that standards derive from them.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,7 +19,7 @@ use crate::output::{
 use crate::scene::read_weather;
 use crate::year::{Blinds, YearSettings, YearSolution, solve_year};
 
-/// What the command does, at length.
+/// Long help text of the command.
 pub const ABOUT: &str = "\
 A year of daylight. The scene's sky takes its light from the weather hour by hour: Perez's all-weather sky in patches of
 Reinhart's, the ground below it, and the sun where it stands in each hour. What each patch and each hour's sun brings a
@@ -38,7 +38,7 @@ Examples:
   luxmc year office.json --weather city.epw --out out/year --blinds 20% --hourly
   luxmc year office.json --weather city.epw --out out/year --occupied 7-19 --sky-subdivision 4 --target-error 2%";
 
-/// Parts of patches that may be asked for.
+/// Largest subdivision of patches.
 const MOST_SUBDIVISION: u32 = 4;
 
 /// Arguments of `luxmc year`.
@@ -88,7 +88,7 @@ pub struct YearArguments {
     quiet: bool,
 }
 
-/// Occupied hours.
+/// Occupied hours of a day: from, to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Occupied([f64; 2]);
 

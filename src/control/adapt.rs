@@ -1,26 +1,27 @@
-//! Which elements to cut, so that what they cannot show comes down to a goal with as few new ones as possible.
+//! Chooses which elements to cut, so that the loss (the light variation that elements cannot show) falls to a goal with as few new elements
+//! as possible.
 
-/// How often one round cuts an element, at most: what its pieces lose is known only after a look at them.
+/// Cuts of one element in one round, at most. The loss of its pieces is known only after the next look at them.
 const MOST_CUTS_A_ROUND: u32 = 2;
-/// One cut makes four pieces. Each is expected to lose a sixteenth of what the whole lost in the mean over its area, as of
-/// a smooth curve. Along an edge of light it will be half: the next round, which sees that, cuts more.
+/// Expected loss of a piece over the loss of the whole, both as mean squares over the area. One cut makes four pieces. The value is that of
+/// a smooth curve. Along an edge of light it is one half: the next round measures that and cuts more.
 const LOSS_OF_A_PIECE: f64 = 1.0 / 16.0;
 
-/// An element as it stands.
+/// State of one element.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementLoss {
     /// Area in m².
     pub area_m2: f64,
-    /// Mean square over its area of what it cannot show, in lx².
+    /// Mean square over its area of the variation that it cannot show, in lx².
     pub lost_lx2: f64,
-    /// How often it may still be cut.
+    /// How many more times it may be cut.
     pub cuts_left: u32,
 }
 
-/// How often to cut each element, so that the mean square over all areas comes down to a goal in lx², with no more than
-/// so many elements.
+/// Returns how often to cut each element, so that the mean square loss over all areas falls to `goal_lx2`, in lx². The number of elements
+/// stays at or below `most_elements`.
 ///
-/// Every element costs the same work, so those that lose most, area times loss, are cut first.
+/// Every element costs the same work, so the elements with the greatest area times loss are cut first.
 pub fn cuts_for(elements: &[ElementLoss], goal_lx2: f64, most_elements: usize) -> Vec<u32> {
     let area_m2: f64 = elements.iter().map(|element| element.area_m2).sum();
     let cuts_at = |threshold: f64| {
@@ -47,7 +48,7 @@ pub fn cuts_for(elements: &[ElementLoss], goal_lx2: f64, most_elements: usize) -
     if most <= 0.0 || after(most).0 <= goal_lx2 * area_m2 {
         return vec![0; elements.len()];
     }
-    // The highest threshold that reaches the goal, or the lowest that keeps the number of elements.
+    // The highest threshold that reaches the goal, or the lowest that keeps to the number of elements.
     let (mut low, mut high) = (most * 1e-12, most);
     for _ in 0..60 {
         let middle = (low * high).sqrt();

@@ -1,7 +1,7 @@
-//! Statistical checks of a map before a run may claim its target, after those that transport codes print with every tally.
+//! Statistical checks of a map before a run may claim its target. They follow the checks that transport codes print with every tally.
 //!
-//! The stop rule trusts the spread of the replicas. That spread is worth nothing where the scores have no variance, where
-//! few of them carry all of it, or where samples repeat themselves: each check finds one of these.
+//! The stop rule trusts the spread of the replicas. That spread is worthless in three cases: the scores have no variance, few scores carry
+//! all of it, or samples repeat. Each check detects one of these.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -9,41 +9,41 @@ use super::needed_work;
 use super::stop::fisher_quantile;
 use crate::maps::{History, Judgement, LARGEST, PastJudgement, REPLICAS, ScoreEvidence, StatisticalCheck};
 
-/// A sound run fails a single comparison with about this probability; there are four of them.
+/// Approximate probability that a sound run fails a single comparison. There are four comparisons.
 const ALPHA: f64 = 5e-5;
-/// Squared errors times work may grow by this factor beyond chance: direct light goes forward in whole passes, and
-/// quasi-random points in rounds.
+/// Factor by which squared error times work may grow beyond chance. Direct light advances in whole passes, and quasi-random points in
+/// rounds.
 const ALLOWED_GROWTH: f64 = 1.5;
-/// Shares of the work at which the past is compared with the present, and what counts as near them.
+/// Shares of the work at which the past is compared with the present, and the range that counts as near each share.
 const HALF: (f64, [f64; 2]) = (0.5, [0.3, 0.75]);
 const QUARTER: (f64, [f64; 2]) = (0.25, [0.05, 0.35]);
-/// Degrees of freedom are themselves estimated: this share of them is relied on.
+/// Share of the degrees of freedom that is relied on, since they are themselves estimated.
 const SURE_DEGREES: f64 = 0.5;
 /// Tails of at least this shape have no variance.
 const INFINITE_VARIANCE: f64 = 0.5;
-/// A tail counts as infinite from so many standard errors below that shape on: over 95% of infinite ones are seen.
+/// A tail counts as infinite from this many standard errors below that shape on. This detects over 95% of the infinite ones.
 const SAFE_SIDE: f64 = 2.4;
-/// Fewer of the largest scores than this tell nothing of a tail.
+/// Least number of the largest scores from which a tail can be judged.
 const LEAST_TAIL: usize = 200;
-/// What is held against a limit is told up to this.
+/// Greatest value that a check reports.
 const MOST_TOLD: f64 = 1e9;
-/// A tail with less than this share of the variance does not matter yet, whatever its shape: where scores fall off with shape ⅔, twice the
-/// samples raise what they say of the squared error by 2^⅓ − 1 of that share, which is less than a tenth.
+/// A tail with less than this share of the variance does not matter yet, whatever its shape. If scores fall off with shape ⅔, twice the
+/// samples raise its estimate of the squared error by 2^⅓ − 1 of that share. This is less than a tenth.
 const LEAST_TAIL_SHARE: f64 = 0.25;
-/// Times its squared error that scores without variance may have from which on their tail does not matter: their sums lie within three
-/// times the spread of their parts, nine times in ten at a shape of ⅔, since the largest of them make that spread.
+/// Multiple of its squared error from which on scores without variance do not matter, if the map tolerates it. Sums of these scores lie
+/// within three times the spread of their parts, nine times in ten at a shape of ⅔, since the largest scores make that spread.
 const SPARE_FOR_TAILS: f64 = 9.0;
-/// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
-/// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
+/// Scores that must effectively carry the variance of a map that only just meets its target. Single scores then make the variance no more
+/// uncertain than the replicas do in a map of three degrees of freedom, √(2/45).
 pub(super) const ENOUGH_SCORES: f64 = 20.0;
-/// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
-/// carries the variance is a score so rare that the spread errs on the safe side.
+/// A map that was held up for few scores alone passes at this multiple of its samples at that time. What still carries the variance is then
+/// a score so rare that the spread errs on the safe side.
 pub(super) const LONGEST_WAIT: u64 = 4;
-/// Relative deviations below this one are the rounding of sums.
+/// Relative deviations below this are rounding errors of sums.
 const ROUNDING: f64 = 1e-9;
 
-/// Judges a map; `parts` are what the scores of direct and indirect light say, `held_since` the samples at which a check
-/// first held the map up, `target_error` what the run is to reach, as a fraction of the mean, if it has a target.
+/// Judges a map. `parts` holds the evidence from the scores of direct and of indirect light. `held_since` is the number of samples at which
+/// a check first held the map up. `target_error` is the target of the run, if any, as a fraction of the mean.
 pub fn statistical_checks(
     history: &History,
     parts: [ScoreEvidence; 2],
@@ -57,7 +57,7 @@ pub fn statistical_checks(
     };
     let past = |(share, between)| history.at_share(share, between);
     let rounding_lx = ROUNDING * judgement.mean_lx;
-    // How many times its squared error a map could bear, margin and all.
+    // How many times its squared error the map could tolerate, margin included.
     let spare = target_error.map_or(1.0, |target| 1.0 / needed_work(target, judgement, 0.5)).max(1.0);
     let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
     vec![
@@ -70,12 +70,12 @@ pub fn statistical_checks(
 }
 
 fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, says: &str) -> StatisticalCheck {
-    // An earlier look that had no error at all is exceeded by any.
+    // Any error exceeds that of an earlier look that had no error at all, so the ratio is capped.
     let value = value.map(|value| value.min(MOST_TOLD));
     StatisticalCheck { name, passed, value, limit, says: says.to_owned() }
 }
 
-/// The mean settles: what came after a look must be that of before, by Student's t over the replicas.
+/// The mean settles: the samples after a look must agree with those before it, by Student's t over the replicas.
 fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding_lx: f64) -> StatisticalCheck {
     let limit = student_quantile(1.0 - 0.5 * ALPHA);
     let deviations = past.into_iter().flatten().map(|then| {
@@ -94,7 +94,7 @@ fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding_l
     check("mean", value, limit, passed, "the map's mean drifts: later samples do not agree with earlier ones")
 }
 
-/// Squared error times work must not grow, by Fisher's F with what two nested estimates have in common taken off.
+/// Squared error times work must not grow, by Fisher's F. The part that the two nested estimates share is removed.
 fn growth_check(
     name: &'static str,
     now: &PastJudgement,
@@ -116,9 +116,9 @@ fn growth_check(
 /// A tail that may have no variance.
 struct HeavyTail<'a> {
     part: &'a ScoreEvidence,
-    /// Shape from which on it counts as one.
+    /// Shape from which on the tail counts as infinite.
     limit: f64,
-    /// Times its squared error that the map must bear for the tail not to matter.
+    /// Multiple of its squared error that the map must tolerate for the tail not to matter.
     spare: f64,
 }
 
@@ -132,12 +132,12 @@ impl HeavyTail<'_> {
     }
 }
 
-/// Shape from which on a tail of so many scores counts as one without variance.
+/// Shape from which on a tail of `scores` scores counts as one without variance.
 fn limit_of_shape(scores: usize) -> f64 {
     INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (scores as f64).sqrt()
 }
 
-/// The tail that is heaviest for its number of scores, of those that carry enough of the variance to matter.
+/// Of the tails that carry enough of the variance to matter, returns the heaviest for its number of scores.
 fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let telling = parts.iter().filter(|part| {
@@ -146,21 +146,21 @@ fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
     let tails = telling.map(|part| HeavyTail {
         part,
         limit: limit_of_shape(part.tail),
-        // What is not of the tail has a variance.
+        // The scores outside the tail have a variance.
         spare: 1.0 + (SPARE_FOR_TAILS - 1.0) * (part.tail_variance / variance).min(1.0),
     });
     tails.max_by(|one, other| one.excess().total_cmp(&other.excess()))
 }
 
-/// Times its squared error that a map must bear to pass the check of its tail once that is told by as many scores as are kept, if its
-/// shape is what it seems now; 1 where any tail is light.
+/// Multiple of its squared error that a map must tolerate to pass the tail check once the tail contains as many scores as are kept. Assumes
+/// that its shape stays as it is now. Returns 1 if every tail is light.
 pub fn spare_for_tail(parts: [ScoreEvidence; 2]) -> f64 {
     let stays_heavy = |tail: &HeavyTail| tail.part.shape.is_some_and(|shape| shape > limit_of_shape(LARGEST - 1));
     heaviest_tail(&parts).filter(stays_heavy).map_or(1.0, |tail| tail.spare)
 }
 
-/// The largest scores must not fall off like those of a law without variance, unless they hardly matter or the map is so far under
-/// its target that it bears what its spread cannot tell.
+/// The largest scores must not fall off like those of a distribution without variance. Exceptions: they hardly matter, or the map is so far
+/// below its target that it tolerates what its spread cannot show.
 fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
     let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
     match heaviest_tail(&parts) {
@@ -172,10 +172,10 @@ fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
     }
 }
 
-/// Enough scores must carry the variance: n = (Σx²)²/Σx⁴, one over what transport codes call the variance of the variance.
+/// Enough scores must carry the variance: n = (Σx²)²/Σx⁴. Its inverse is what transport codes call the variance of the variance.
 ///
-/// 1/√n is how uncertain single scores make the squared error. A map whose squared error may be `spare` times as large
-/// needs to know it that much less well, so that the limit falls with the square of `spare`.
+/// The relative uncertainty of the squared error from single scores is 1/√n. A map that tolerates `spare` times its squared error needs to
+/// know it less well by that factor, so the limit falls with the square of `spare`.
 fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> StatisticalCheck {
     let says = "too few scores carry the map's error for it to be known";
     let limit = ENOUGH_SCORES / (spare * spare);
@@ -185,7 +185,7 @@ fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> Stat
     }
 }
 
-/// Scores that carry the variance of a map, effectively; `None` where it has none.
+/// Number of scores that effectively carry the variance of a map. `None` if the map has no variance.
 pub fn effective_scores(parts: [ScoreEvidence; 2]) -> Option<f64> {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let fourth: f64 = parts.iter().map(|part| part.fourth).sum();

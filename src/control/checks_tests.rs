@@ -4,7 +4,7 @@ use super::*;
 use crate::maps::{Levels, PartScores};
 use crate::sampling::random::{Purpose, Stream};
 
-/// Law of a score, from a uniform variate in (0, 1].
+/// Distribution of a score: maps a uniform variate in (0, 1] to the score.
 type Score = fn(f64) -> f64;
 
 /// When a simulated run ends.
@@ -12,13 +12,13 @@ type Score = fn(f64) -> f64;
 enum SimulatedEnd {
     /// At the first look that meets the target.
     AtFirst,
-    /// When the checks pass too, as runs do.
+    /// When the checks pass too, as in real runs.
     WhenPassed,
-    /// At the first look again, with no check asked: a planted fault.
+    /// Also at the first look that meets the target, but no check is applied: a planted fault.
     Unchecked,
 }
 
-/// What a simulated run to a target error came to.
+/// Result of a simulated run to a target error.
 struct Simulated {
     passed: bool,
     /// Relative root-mean-square error of the points.
@@ -26,13 +26,13 @@ struct Simulated {
     failed: Vec<&'static str>,
 }
 
-/// A run on so many points, all of one law of scores, that looks at its error as runs do, up to the target or `most`
-/// samples. From `repeats_after` samples on it draws the same numbers again.
+/// Runs `points` points with one distribution of scores up to the target or to `most` samples. It checks its error as real runs do. From
+/// `repeats_after` samples on it draws the same numbers again.
 fn simulated(seed: u64, points: usize, score: Score, target: f64, most: u64, repeats_after: u64) -> Simulated {
     simulated_to(SimulatedEnd::AtFirst, seed, points, score, target, most, repeats_after)
 }
 
-/// The same to an end of its own.
+/// Runs the same simulation with a choice of when it ends.
 fn simulated_to(
     end: SimulatedEnd,
     seed: u64,
@@ -115,7 +115,7 @@ fn exponential(u: f64) -> f64 {
     -u.ln()
 }
 
-/// Something in one sample of ten, uniformly distributed.
+/// Non-zero in one sample of ten, then uniformly distributed.
 fn now_and_then(u: f64) -> f64 {
     if u < 0.1 { 10.0 * u } else { 0.0 }
 }
@@ -133,7 +133,7 @@ fn pareto_2(u: f64) -> f64 {
     u.powf(-1.0 / 2.0)
 }
 
-/// Just without a fourth moment, so that no number of scores tells the variance well.
+/// Has just no fourth moment, so no number of scores determines the variance well.
 fn pareto_2_5(u: f64) -> f64 {
     u.powf(-1.0 / 2.5)
 }
@@ -150,9 +150,9 @@ fn pareto_1_2(u: f64) -> f64 {
     u.powf(-1.0 / 1.2)
 }
 
-/// Mean of a law of scores, by midpoints in −ln u.
+/// Mean of a distribution of scores, by the midpoint rule in −ln u.
 fn law_mean(score: Score) -> f64 {
-    // u = exp(−t): the mean is ∫ score(exp(−t)) exp(−t) dt, whose integrand has died away at t = 80.
+    // u = exp(−t): the mean is ∫ score(exp(−t)) exp(−t) dt. The integrand is negligible at t = 80.
     let (strips, end) = (20_000, 80.0);
     let width = end / f64::from(strips);
     (0..strips).map(|strip| (f64::from(strip) + 0.5) * width).map(|t| score((-t).exp()) * (-t).exp() * width).sum()
@@ -160,8 +160,8 @@ fn law_mean(score: Score) -> f64 {
 
 #[test]
 fn sound_runs_pass_but_for_one_in_a_thousand() {
-    // Runs to 2% or more (3 laws of scores; 1, 4 and 60 points), 300 (3,000 in the slow run): at most 3 (8) refusals
-    // (Poisson of mean 0.3 and 3, α = 0.03% and 0.4%; with 2% of refusals, planted, there would be 6 and 60).
+    // 300 runs (3,000 in the slow test) to 2% or more: 3 distributions of scores; 1, 4 and 60 points. At most 3 (8) are refused (Poisson of
+    // mean 0.3 and 3, α = 0.03% and 0.4%; a planted refusal rate of 2% gives 6 and 60).
     let slow = std::env::var_os("LUXMC_SLOW_TESTS").is_some_and(|value| value == "1");
     let (seeds, most) = if slow { (1000, 8) } else { (100, 3) };
     let mut refused = Vec::new();
@@ -181,8 +181,8 @@ fn sound_runs_pass_but_for_one_in_a_thousand() {
 
 #[test]
 fn heavy_tails_are_caught() {
-    // 40 runs of each index (200 in the slow run), Pareto 2 (just infinite), 1.5 and 1.2, of 32 points to at most 4,096 samples a
-    // replica: at least 95% refused.
+    // 40 runs of each index (200 in the slow test): Pareto 2 (just infinite), 1.5 and 1.2. Each has 32 points and at most 4,096 samples a
+    // replica. At least 95% are refused.
     let slow = std::env::var_os("LUXMC_SLOW_TESTS").is_some_and(|value| value == "1");
     let seeds: u64 = if slow { 200 } else { 40 };
     for (law, score) in [("2", pareto_2 as Score), ("1.5", pareto_1_5), ("1.2", pareto_1_2)] {
@@ -193,8 +193,8 @@ fn heavy_tails_are_caught() {
 
 #[test]
 fn tails_that_have_a_variance_hold_few_runs_up() {
-    // 40 runs of 32 points whose scores fall off with index 4, a shape of ¼, to 0.5 %: at most 2 are held up for their tail, of which each is
-    // with a chance of some 5e-4. With a quarter of the largest scores (the planted fault) the limit lies at that shape, and 19 wait.
+    // 40 runs of 32 points to 0.5 %, whose scores fall off with index 4 (shape ¼). At most 2 are held up for their tail; the chance of each
+    // is about 5e-4. With a quarter of the largest scores (the planted fault) the limit lies at that shape, and 19 wait.
     let held_up = |seed: &u64| simulated(*seed, 32, pareto_4, 0.005, 1 << 14, u64::MAX).failed.contains(&"tail");
     let count = (0..40).filter(held_up).count();
     assert!(count <= 2, "{count}");
@@ -211,7 +211,7 @@ fn samples_that_repeat_are_caught() {
 
 #[test]
 fn skewed_scores_are_either_sampled_enough_or_refused() {
-    // One point, scores of kurtosis some 90, target 10%: runs that pass have had enough scores.
+    // One point, scores of kurtosis about 90, target 10%: runs that pass have had enough scores.
     for seed in 0..100 {
         let run = simulated(seed, 1, skewed, 0.1, 1 << 20, u64::MAX);
         assert!(run.passed || run.failed.contains(&"scores") || run.failed.contains(&"tail"), "{:?}", run.failed);
@@ -220,8 +220,8 @@ fn skewed_scores_are_either_sampled_enough_or_refused() {
 
 #[test]
 fn few_scores_are_asked_for_where_the_target_is_near() {
-    // One point whose scores have a variance but no fourth moment, target 10%, 400 runs: with the checks at least 91% keep it,
-    // with none asked (the planted fault) fewer.
+    // One point whose scores have a variance but no fourth moment, target 10%, 400 runs. With the checks at least 91% of the passing runs
+    // keep the target; without them (the planted fault) fewer do.
     let kept = |end: SimulatedEnd| {
         let runs = (0..400).map(|seed| simulated_to(end, seed, 1, pareto_2_5, 0.1, 1 << 13, u64::MAX));
         let passed: Vec<Simulated> = runs.filter(|run| run.passed).collect();
@@ -233,8 +233,8 @@ fn few_scores_are_asked_for_where_the_target_is_near() {
 
 #[test]
 fn a_map_far_under_its_target_needs_fewer_scores() {
-    // 20 scores of one size just carry a map that needs all of its target; of one that needs a quarter of its squared error
-    // 1.25 do, since 20 / 4² = 1.25.
+    // 20 scores of one size are just enough for a map that needs all of its target. A map with four times its squared error to spare needs
+    // 1.25, since 20 / 4² = 1.25.
     let part = |scores: f64| ScoreEvidence { variance: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
     let passes = |scores: f64, spare: f64| scores_check([ScoreEvidence::default(), part(scores)], spare, false).passed;
     assert!(passes(20.1, 1.0) && !passes(19.9, 1.0));
@@ -243,8 +243,8 @@ fn a_map_far_under_its_target_needs_fewer_scores() {
 
 #[test]
 fn a_heavy_tail_does_not_matter_far_under_the_target() {
-    // A tail of shape 1: refused where the target is near, let pass where the squared error may be nine times as large if it carries all
-    // the variance, and five times if half of it.
+    // A tail of shape 1 is refused if the target is near. If it carries all the variance, it passes when the map tolerates nine times its
+    // squared error; with half the variance, five times.
     let tail =
         |share: f64| ScoreEvidence { variance: 1.0, fourth: 1e-3, tail: 255, tail_variance: share, shape: Some(1.0) };
     for (share, needed) in [(1.0, 9.0), (0.5, 5.0)] {
@@ -256,15 +256,15 @@ fn a_heavy_tail_does_not_matter_far_under_the_target() {
     assert_eq!(spare_for_tail([ScoreEvidence::default(), ScoreEvidence { shape: Some(0.1), ..tail(1.0) }]), 1.0);
 }
 
-/// An exponential score, and once in 500 times one without variance: its tail carries a part of what samples show.
+/// An exponential score, and once in 500 times a score without variance. The tail carries a part of the variance that samples show.
 fn now_and_then_without_variance(u: f64) -> f64 {
     if u < 0.002 { 8.0 * (0.002 / u).powf(1.0 / 1.5) } else { -((u - 0.002) / 0.998).ln() }
 }
 
 #[test]
 fn tails_that_are_let_pass_keep_the_target() {
-    // 300 runs of 8 points to 5 % whose scores have a tail of shape 2/3 beside others: of those that pass at least 95 % keep the target (299 of
-    // 300 did), and of runs whose checks are not asked, the planted fault, fewer (91 %).
+    // 300 runs of 8 points to 5 %. Some of their scores have a tail of shape 2/3. Of the runs that pass at least 95 % keep the target (299
+    // of 300 did). Without the checks (the planted fault) fewer do (91 %).
     let kept = |end: SimulatedEnd| {
         let runs =
             (0..300).map(|seed| simulated_to(end, seed, 8, now_and_then_without_variance, 0.05, 1 << 14, u64::MAX));

@@ -1,7 +1,7 @@
-//! What a map that gathers needs next: rays, fuller cells, walks or passes over direct light.
+//! Decides what a map that gathers needs next: rays, fuller cells, walks or passes over direct light.
 //!
-//! Four variances and four costs are measured at every look. The next step is the growth of the four that is predicted to reach
-//! the target with the fewest rays.
+//! Every look (error check) measures the variances and costs of these four kinds of work. The next step is the combination of growths that
+//! is predicted to reach the target with the fewest rays.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,17 +11,17 @@ use crate::maps::ResidualState;
 /// Kinds of work: passes over direct light, gathering rays, filling of cells, residual walks.
 pub const KINDS: usize = 4;
 const WALKS: usize = 3;
-/// Kinds whose variances fall with their work and act on nothing else: direct light and rays.
+/// Kinds of work whose variance falls with their own work and affects nothing else: direct light and rays.
 const PLAIN: usize = 2;
 
-/// What a look at a map that gathers has shown.
+/// Measurements of one look (error check) at a map that gathers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GatheringParts {
-    /// Squared errors in lx² of the mean over all replicas: of direct light, of rays, and of what walks took off.
+    /// Squared errors in lx² of the mean over all replicas, of three parts: direct light, rays, and the correction by walks.
     pub squared_lx2: [f64; 3],
-    /// Rays so far of each kind of work.
+    /// Rays so far, for each kind of work.
     pub rays: [f64; KINDS],
-    /// What walks say of the cells.
+    /// Estimates of the cells' error by residual walks.
     pub residuals: ResidualState,
     /// Effective degrees of freedom of the map's error.
     pub degrees_of_freedom: f64,
@@ -30,28 +30,29 @@ pub struct GatheringParts {
 /// Factors by which each kind of work is to grow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GatheringGrowth {
-    /// Of each kind: 1 or more.
+    /// Factor of each kind, 1 or more.
     pub factors: [f64; KINDS],
-    /// Whether all entries are to walk, so many times as often as some do.
+    /// Whether all entries are to walk, each `factors[WALKS]` times as often as the entries that already walk. Otherwise only those entries
+    /// walk.
     pub all_walk: bool,
-    /// Rays that it takes, beyond those so far.
+    /// Rays that the growth takes, beyond those so far.
     pub rays: f64,
-    /// Whether the target is predicted to be met then.
+    /// Whether this growth is predicted to meet the target.
     pub reaches: bool,
 }
 
-/// Step and numbers of the growths of walks and of filling that are tried.
+/// Ratio of one step, and numbers of steps, of the growths of walks and of filling that are tried.
 const STEP: f64 = 1.15;
 const STEPS: i32 = 40;
 const FILL_STEPS: i32 = 24;
-/// Share of the squared target that the prediction may fill: it is a prediction.
+/// Share of the squared target that the predicted squared error may take. It is below 1 because it is a prediction.
 const FILLED: f64 = 0.95;
 
 impl GatheringParts {
-    /// The cheapest growth to a target in lx.
+    /// Returns the cheapest growth that reaches a target in lx.
     ///
-    /// Walks and filling act on what is left of the cells' error, so that growths of theirs are tried. The rest is a sum of variances
-    /// vᵢ that fall as 1/fᵢ at cost cᵢ fᵢ: it is cheapest where every f is max(1, μ √(v/c)), with one μ for all.
+    /// Walks and filling act together on the remaining error of the cells, so a grid of their growths is tried. The rest is a sum of
+    /// variances vᵢ that fall as 1/fᵢ at cost cᵢ fᵢ. It is cheapest if every f is max(1, μ √(v/c)), with one μ for all.
     pub fn growth(&self, target_lx: f64) -> GatheringGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
@@ -61,7 +62,7 @@ impl GatheringParts {
         let mut best =
             GatheringGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
         let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
-        // Where some entries walk, all may, each as often as those did or more.
+        // If only some entries walk, all may. Each then walks at least as often as those did.
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
             let residuals = if all_walk { believed.over_all() } else { believed };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
@@ -90,10 +91,10 @@ impl GatheringParts {
         best
     }
 
-    /// The cheapest growths of direct light and rays to a sum of variances in lx².
+    /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`, in lx².
     fn cheapest(&self, may_have_lx2: f64) -> [f64; PLAIN] {
         let merit = |kind: usize| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).sqrt();
-        // What does not grow keeps its variance; the more it is, the faster the other has to grow.
+        // A kind that does not grow keeps its variance. The more variance is kept, the faster the other kind has to grow.
         let mut grows = [true; PLAIN];
         loop {
             let kept: f64 = (0..PLAIN).filter(|kind| !grows[*kind]).map(|kind| self.squared_lx2[kind]).sum();

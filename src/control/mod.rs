@@ -1,4 +1,5 @@
-//! Pure decisions: when a map is right enough, whether that can be believed, how much work that takes, and when to look again.
+//! Pure decisions on a map: whether its error is small enough, whether that error is credible, how much work is needed, and when to judge
+//! the error again.
 
 mod adapt;
 mod checks;

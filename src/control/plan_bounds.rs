@@ -1,21 +1,22 @@
-//! How far the plan of a map that gathers may be off, by what is known of the numbers that it goes by.
+//! Bounds on the plan of a map that gathers. They follow from the uncertainty of the measured numbers that the plan uses.
 
 use super::GatheringParts;
 use super::forecast::NINE_OF_TEN;
 use crate::maps::REPLICAS;
 
-/// Standard errors by which the cells' squared error is taken to be off: it is known the better the more walks the plan itself adds, so
-/// that fewer do than those beyond which one run of twenty lies. Measured in six kinds of rooms.
+/// Uncertainty assumed for the cells' squared error, in its standard errors. The walks that the plan itself adds make this error better
+/// known, so the factor is smaller than the one that 1 run in 20 exceeds. Measured in six kinds of rooms.
 const OF_BIAS: f64 = 0.8;
-/// A variance is taken to be this share of what was measured at least.
+/// A variance is assumed to be at least this share of the measured one.
 const LEAST_SHARE: f64 = 0.25;
 
 impl GatheringParts {
-    /// Rays beyond those so far by which the plan reaches a target in lx, where all that was measured is as low, and as high, as it is
-    /// in one run of twenty.
+    /// Bounds on the rays, beyond those so far, with which the plan reaches a target in lx. Each bound takes all measured numbers as low,
+    /// or as high, as they are in one run of twenty.
     ///
-    /// The plan itself lies within: where walks find less bias they take less of it off, and what they do not know of it may then take
-    /// more walks. Variances are known to 2/(15 k) of their squares, the cells' squared error by its own standard error.
+    /// The plan itself always lies within the bounds. It can lie outside the two computed values: walks that find less bias subtract less
+    /// of it, and the bias that they do not know may then need more walks. A variance is known to 2/(15 k) of its square, k being the
+    /// degrees of freedom. The cells' squared error is known to its own standard error.
     pub fn bounds(&self, target_lx: f64) -> [f64; 2] {
         let of_variance = (2.0 / ((REPLICAS - 1) as f64 * self.degrees_of_freedom.max(1.0))).sqrt();
         let planned = self.rays_of_growth(target_lx);
@@ -31,14 +32,15 @@ impl GatheringParts {
         [bounds[0].min(bounds[1]).min(planned), bounds[0].max(bounds[1]).max(planned)]
     }
 
-    /// Rays of the plan; beyond what can be planned lies the most that was tried.
+    /// Rays of the plan. For a plan that does not reach the target: the rays of the largest growth tried, at most [`BEYOND`] times the rays
+    /// so far.
     fn rays_of_growth(&self, target_lx: f64) -> f64 {
         let growth = self.growth(target_lx);
         if growth.reaches { growth.rays } else { growth.rays.min(BEYOND * self.rays.iter().sum::<f64>()) }
     }
 }
 
-/// A plan that does not reach is taken to take so many times the rays so far.
+/// Upper bound of the rays of a plan that does not reach the target, as a multiple of the rays so far.
 const BEYOND: f64 = 30.0;
 
 #[cfg(test)]
@@ -47,7 +49,7 @@ mod tests {
     use crate::control::KINDS;
     use crate::maps::ResidualState;
 
-    /// The bounds hold the plan, and lie the farther apart the less walks know of the cells.
+    /// The bounds contain the plan. They lie farther apart if walks know less of the cells' error.
     #[test]
     fn bounds_hold_the_plan_and_part_with_ignorance() {
         let parts = |standard_error: f64| GatheringParts {

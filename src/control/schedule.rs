@@ -1,12 +1,12 @@
-//! When to judge the error next.
+//! When to judge the error (look at it) next.
 
-/// Looks may not come closer than this share of the work done: more looks mean more chances to stop on a dip.
+/// Shortest step between two looks (error checks), as a share of the work done. More looks give more chances to stop on a dip of the error.
 const CLOSEST_LOOK: f64 = 0.01;
 
-/// Samples at which a map is judged next, when the forecast says it needs `needed` times the present `samples`.
+/// Number of samples at which a map is judged next. The forecast requires `needed` times the present `samples`.
 ///
-/// Far from the goal the work at most doubles, so that a poor early forecast costs little; near it the run goes to
-/// where the forecast says, and from there on by steps of one hundredth.
+/// Far from the goal the work at most doubles, so a poor early forecast costs little. Closer to the goal the run covers 0.7 of the forecast
+/// distance. Within 20 % it goes to the goal itself, by steps of at least one hundredth.
 pub fn next_judgement(samples: u64, needed: f64) -> u64 {
     let now = samples as f64;
     let goal = now * needed;
@@ -20,11 +20,11 @@ pub fn next_judgement(samples: u64, needed: f64) -> u64 {
     (next.ceil() as u64).max(samples + 1)
 }
 
-/// A map that met the target but failed a statistical check takes so many times its work to the next look: enough more to tell
-/// whether it was by chance.
+/// Factor on the work up to the next look, for a map that met the target but failed a statistical check. The added work is enough to show
+/// whether the failure was chance.
 pub const GROWTH_AFTER_REFUSAL: f64 = 1.5;
 
-/// Samples at which such a map is judged next.
+/// Number of samples at which a map that failed a statistical check is judged next.
 pub fn after_refusal(samples: u64) -> u64 {
     (GROWTH_AFTER_REFUSAL * samples as f64).ceil() as u64
 }

@@ -1,30 +1,30 @@
-//! The stop rule, and the work to the point at which it accepts a map.
+//! The stop rule, and the work at which it will accept a map.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::maps::{Judgement, REPLICAS};
 
-/// Of the runs that say "target met", at least this share truly are at or under the target.
+/// At least this share of the runs that report "target met" have a true error at or below the target.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// α of error ∝ work^(−α) where samples are independent.
+/// Exponent α of error ∝ work^(−α) for independent samples.
 pub const EXPONENT_OF_INDEPENDENT_SAMPLES: f64 = 0.5;
 
 /// Above this many degrees of freedom the margin is within 0.2% of 1 and no longer changes.
 const MOST_DEGREES: f64 = 1e6;
 
-/// By how much the expected error must lie under the target for the true one to be under it with [`CONFIDENCE`].
+/// Factor by which the expected error must lie below the target, so that the true error is below the target with [`CONFIDENCE`].
 ///
-/// The true squared error of a run is its expectation times χ²_k/k, the expectation is estimated with 15 k degrees of
-/// freedom from the spread of the replicas, and the two are independent: their ratio follows Fisher's F(k, 15 k).
-/// The margin is the root of its 95% quantile: docs/methods.md (10).
+/// The true squared error of a run is its expectation times χ²_k/k. The expectation is estimated from the spread of the replicas with 15 k
+/// degrees of freedom. The two are independent, so their ratio follows Fisher's F(k, 15 k). The margin is the root of its 95% quantile:
+/// docs/methods.md (10).
 pub fn margin(degrees_of_freedom: f64) -> f64 {
     let k = degrees_of_freedom.clamp(1.0, MOST_DEGREES);
     fisher_quantile([k, (REPLICAS - 1) as f64 * k], CONFIDENCE).sqrt()
 }
 
-/// Quantile of F with these degrees of freedom, by bisection of its logarithm: 60 halvings leave no doubt in the digits that matter here.
-/// For probabilities from one half on, and quantiles up to e¹².
+/// Quantile of F with these degrees of freedom, by bisection of its logarithm. 60 halvings determine all digits that matter here. Valid for
+/// probabilities of at least one half and for quantiles up to e¹².
 pub(super) fn fisher_quantile([numerator, denominator]: [f64; 2], probability: f64) -> f64 {
     let Ok(f) = FisherSnedecor::new(numerator, denominator) else {
         return f64::INFINITY;
@@ -37,11 +37,12 @@ pub(super) fn fisher_quantile([numerator, denominator]: [f64; 2], probability: f
     high.exp()
 }
 
-/// Whether a map is right enough: the expected random error times the margin, and the random error of the halves, are both at or
-/// under the target, either in quadrature with what the halves share (bias and discretisation): docs/methods.md, section 6.
+/// Whether the error of a map is small enough for the target (a fraction of the mean). Two errors must be at or below the target: the
+/// expected random error times the margin, and the random error of the halves. Each is combined in quadrature with the error that the
+/// halves share (bias and discretisation): docs/methods.md, section 6.
 ///
-/// Refused in any case: a map that is dark, one in which nothing has bounced yet, and one whose mean is not above 0, since corrections may
-/// outweigh the little that they correct.
+/// Three kinds of maps are always refused: a dark map, a map in which nothing has bounced yet, and a map whose mean is not above 0. In the
+/// last, corrections may outweigh the little light that they correct.
 pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
     if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() || judgement.mean_lx <= 0.0 {
         return false;
@@ -50,8 +51,8 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
     safe_error.hypot(judgement.shared_error()) <= target_error && judgement.stated_error() <= target_error
 }
 
-/// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−α): infinite
-/// where the bias alone is too large.
+/// Work at which the rule accepts a map, as a multiple of the present work. Assumes random error ∝ work^(−α). Infinite if the shared error
+/// (bias and discretisation) alone reaches the target, and for a map that is always refused.
 pub fn needed_work(target_error: f64, judgement: &Judgement, exponent: f64) -> f64 {
     if judgement.dark || judgement.unseen || judgement.mean_lx <= 0.0 || judgement.shared_error() >= target_error {
         return f64::INFINITY;

@@ -1,42 +1,42 @@
-//! Whether a value keeps a limit, and how sure that is.
+//! Whether a value meets a limit, and how certain that is.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::checks::student_quantile;
 use crate::maps::{Estimate, REPLICAS};
 
-/// Of the intervals that verdicts are read off, this share holds the truth.
+/// Share of the intervals behind the verdicts that contain the truth.
 pub const INTERVAL: f64 = 0.95;
 
 /// Chance of a wrong verdict on either side.
 const TAIL: f64 = 0.5 * (1.0 - INTERVAL);
 
-/// What a value is judged against.
+/// Limit against which a value is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The least or greatest value allowed.
     pub value: f64,
-    /// Whether it is the least.
+    /// Whether `value` is the least value allowed; otherwise it is the greatest.
     pub is_at_least: bool,
-    /// Places of which the value is the least or greatest and that may miss the limit by chance; 1 for a mean.
+    /// Number of points over which the value is the minimum or maximum and that may miss the limit by chance. 1 for a mean.
     pub chances: usize,
-    /// Of several places the one that a miss is likeliest to lie at, which need not be the least or greatest; `None` for a mean.
+    /// Of several points, the one most likely to miss the limit. It need not be the minimum or maximum. `None` for a mean.
     pub weakest: Option<Estimate>,
 }
 
-/// What can be said of a limit.
+/// Verdict on a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ruling {
-    /// The whole interval keeps the limit.
+    /// The whole interval meets the limit.
     Met,
-    /// The whole interval misses it.
+    /// The whole interval misses the limit.
     NotMet,
     /// The limit lies within the interval.
     Undecided,
 }
 
 impl Ruling {
-    /// Words for it.
+    /// Name of the verdict in words.
     pub fn name(self) -> &'static str {
         match self {
             Ruling::Met => "met",
@@ -46,24 +46,27 @@ impl Ruling {
     }
 }
 
-/// A value against a limit.
+/// Certainty of a value against a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certainty {
-    /// Ends of the interval that holds the truth with [`INTERVAL`].
+    /// Ends of the interval that contains the truth with probability [`INTERVAL`].
     pub interval: [f64; 2],
-    /// Probability that the truth keeps the limit.
+    /// Probability that the truth meets the limit.
     pub probability_met: f64,
-    /// What follows.
+    /// Verdict that follows.
     pub ruling: Ruling,
 }
 
-/// Judges a value, whose truth is known to lie within `range`, against a limit.
+/// Judges a value against a limit. The truth of the value is known to lie within `range`.
 ///
-/// The interval is value ± t standard errors, t being Student's of 15 degrees of freedom, since errors are the spread of 16 replicas: that
-/// of 97.5 %, so that a verdict on a truth that lies at the limit is wrong in 2.5 % of the cases on each side, and else less often. The
-/// least (or greatest) of several places may be so by chance: where `chances` of them might miss the limit, the interval reaches further to
-/// the side of the limit, with t of 1 − 2.5 %/`chances` (Bonferroni). It keeps a limit where all places do: the weakest of them too must lie t of
-/// its own errors off, and the interval holds that. An exact value on the limit keeps it.
+/// The interval is value ± t standard errors. Here t is the 97.5 % quantile of Student's t with 15 degrees of freedom, since errors come
+/// from the spread of 16 replicas. For a truth exactly at the limit the verdict is wrong in 2.5 % of the cases on each side, and otherwise
+/// less often.
+///
+/// The minimum (or maximum) of several points may be extreme by chance. If `chances` of them might miss the limit, the interval extends
+/// further on the side of the limit, with t of 1 − 2.5 %/`chances` (Bonferroni). The value meets the limit only if all points do. So the
+/// weakest point must also lie t of its own errors off the limit, and the interval includes that. An exact value equal to the limit meets
+/// it.
 pub fn certainty(estimate: Estimate, limit: &Limit, range: [f64; 2]) -> Certainty {
     let Estimate { value, standard_error } = estimate;
     let chances = limit.chances.max(1) as f64;
@@ -93,10 +96,10 @@ pub fn certainty(estimate: Estimate, limit: &Limit, range: [f64; 2]) -> Certaint
     Certainty { interval, probability_met, ruling }
 }
 
-/// Whether a value is decided at the k-th look of a run that ends where it is (k from 1).
+/// Whether a value is decided at the k-th look (error check, k from 1) of a run that ends once it is decided.
 ///
-/// A look may be wrong with 2.5 %/(k (k + 1)), all looks together with 2.5 %, however many they are; where none decides, what is read off the
-/// last interval may be wrong with 2.5 % more. So a run that looks ends with a wrong verdict in 5 % of the cases at most.
+/// Look k may be wrong with 2.5 %/(k (k + 1)), so all looks together with 2.5 %, however many they are. If none decides, the verdict from
+/// the last interval may be wrong with 2.5 % more. So a run with several looks ends with a wrong verdict in at most 5 % of the cases.
 pub fn is_decided_at_look(certainty: &Certainty, look: u32) -> bool {
     let tail = TAIL / (f64::from(look) * f64::from(look + 1));
     certainty.probability_met >= 1.0 - tail || certainty.probability_met <= tail
@@ -139,7 +142,7 @@ mod tests {
         assert_eq!((judged(499.9, 0.0, true).ruling, judged(499.9, 0.0, true).probability_met), (Ruling::NotMet, 0.0));
     }
 
-    /// Shares of 4,000 runs (seed 5) of 16 replicas with a truth `off` standard errors above the limit that end with each verdict;
+    /// Shares of 4,000 runs (seed 5) that end with each verdict. Each has 16 replicas and a truth `off` standard errors above the limit.
     /// `factor` scales the stated error.
     fn shares(off: f64, factor: f64) -> [f64; 3] {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
@@ -156,8 +159,8 @@ mod tests {
         counts
     }
 
-    /// With the truth at the limit each wrong side comes in 2.5 % of 4,000 runs: at α = 10⁻⁴ (3.7 deviations of 0.25 %) between 1.6 and
-    /// 3.4 %. Where the truth is six errors off nearly all are decided and right. Errors stated half as large are the planted fault.
+    /// With the truth at the limit, each wrong side occurs in 2.5 % of 4,000 runs: between 1.6 and 3.4 % at α = 10⁻⁴ (3.7 deviations of
+    /// 0.25 %). With the truth six errors off, nearly all runs are decided and right. Errors stated half as large are the planted fault.
     #[test]
     fn verdicts_are_wrong_as_seldom_as_they_say_and_more_often_with_errors_too_small() {
         let holds = |shares: [f64; 3]| shares[..2].iter().all(|share| (0.016..0.034).contains(share));
@@ -168,7 +171,7 @@ mod tests {
         assert!(met > 0.99 && not_met == 0.0, "{met} {not_met}");
     }
 
-    /// Share of 2,000 runs (seed 6) in which the least of 12 places, all of them at the limit, is said to miss it.
+    /// Share of 2,000 runs (seed 6) that report a miss for the minimum of 12 points, all of which lie at the limit.
     fn missed(chances: usize) -> f64 {
         let mut stream = Stream::new(6, Purpose::Pilot, 0, 0);
         let mut missed = 0.0;
@@ -188,15 +191,16 @@ mod tests {
         missed
     }
 
-    /// At α = 10⁻⁴ (3.7 deviations of 0.35 %) 2.5 % come out as 3.8 % or less; the least taken for a single place is the planted fault.
+    /// At α = 10⁻⁴ (3.7 deviations of 0.35 %), 2.5 % come out as 3.8 % or less. Treating the minimum as a single point is the planted
+    /// fault.
     #[test]
     fn the_least_of_many_places_is_not_taken_for_one() {
         let [many, one] = [missed(12), missed(1)];
         assert!(many < 0.038 && one > 0.1, "{many} {one}");
     }
 
-    /// Share of 4,000 runs (seed 7) that say "met" though one unsure place misses the limit by nothing: eleven places lie a little above it
-    /// and are known ten times as well.
+    /// Share of 4,000 runs (seed 7) that report "met" though one uncertain point just misses the limit. Eleven other points lie a little
+    /// above it and are known ten times as well.
     fn wrongly_met(knows_the_weakest: bool) -> f64 {
         let mut stream = Stream::new(7, Purpose::Pilot, 0, 0);
         let mut met = 0.0;
@@ -218,15 +222,15 @@ mod tests {
         met
     }
 
-    /// At α = 10⁻⁴ (3.7 deviations of 0.25 %) 2.5 % come out as 3.4 % or less; the least place alone is the planted fault.
+    /// At α = 10⁻⁴ (3.7 deviations of 0.25 %), 2.5 % come out as 3.4 % or less. Judging the minimum alone is the planted fault.
     #[test]
     fn a_limit_is_kept_where_the_unsure_places_keep_it_too() {
         let [all, least] = [wrongly_met(true), wrongly_met(false)];
         assert!(all < 0.034 && least > 0.1, "{all} {least}");
     }
 
-    /// Share of 2,000 runs (seed 7) with a truth at the limit that end as met: of replicas that grow by half from look to look, twelve
-    /// times, as soon as `is_decided` says so, else by the last interval.
+    /// Share of 2,000 runs (seed 7) with a truth at the limit that end as met. The replicas grow by half from look to look, over twelve
+    /// looks. A run ends as soon as `is_decided` returns true, else with the verdict of the last interval.
     fn met_with_looks(is_decided: fn(&Certainty, u32) -> bool) -> f64 {
         let mut stream = Stream::new(7, Purpose::Pilot, 0, 0);
         let mut met = 0.0;
@@ -250,8 +254,8 @@ mod tests {
         met
     }
 
-    /// One side is wrong in 5 % of the runs at most: at α = 10⁻⁴ (3.7 deviations of 0.49 %) 6.8 % or less. Looks that take the plain
-    /// interval are the planted fault.
+    /// At most 5 % of the runs are wrong on one side: 6.8 % or less at α = 10⁻⁴ (3.7 deviations of 0.49 %). Using the plain interval at
+    /// every look is the planted fault.
     #[test]
     fn looks_do_not_add_up_to_wrong_verdicts() {
         let [strict, plain] =

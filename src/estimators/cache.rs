@@ -1,4 +1,4 @@
-//! A cache that walks ask on their way, and what they tell it.
+//! A cache that walks query on their path, and the events that walks report to it.
 
 use glam::DVec3;
 
@@ -8,22 +8,22 @@ use crate::geometry::SurfaceHit;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 
-/// What the cache answers where a walk meets a diffuse surface, and what the walk does then.
+/// Answer of the cache at a diffuse surface that a walk met. It determines what the walk does next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CacheAnswer {
-    /// Nothing is known: the walk goes on by itself.
+    /// Nothing is known: the walk continues by itself.
     Nothing,
-    /// The walk ends: this indirect illuminance in lx stands for the rest of it.
+    /// The walk ends. This indirect illuminance in lx replaces the rest of it.
     End(f64),
-    /// The walk ends without a look: who asked wants the place alone.
+    /// The walk ends without a light sample: the caller needs only the surface point.
     Stop,
 }
 
 /// A diffuse surface that a walk met.
 pub struct Met<'a> {
-    /// Where.
+    /// The hit point.
     pub hit: &'a SurfaceHit,
-    /// The place on the side that the walk came from.
+    /// The point on the side from which the walk came.
     pub receiver: Receiver<'a>,
     /// Unit direction of the walk's ray.
     pub direction: DVec3,
@@ -33,41 +33,41 @@ pub struct Met<'a> {
     pub is_first: bool,
 }
 
-/// A cache that walks ask, as in final gathering: it may know the indirect light of a diffuse surface, and the direct light too.
+/// A cache that walks query, as in final gathering. It may supply the indirect light of a diffuse surface, and the direct light too.
 pub trait Cache {
-    /// What is known at a diffuse surface, and the rays that asking took.
+    /// What is known at a diffuse surface, and the number of rays that the query took.
     fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64);
 
-    /// Hears what the walk does, where that is of use.
+    /// Receives an event of the walk. The default ignores it.
     #[inline]
     fn told(&mut self, _: &WalkEvent) {}
 }
 
-/// What a walk tells of its way.
+/// An event that a walk reports.
 pub enum WalkEvent<'a> {
-    /// It goes on from a diffuse surface: with this weight, after what it has summed up and the rays it has taken.
+    /// The walk continues from a diffuse surface.
     GoesOn {
-        /// What the rest of the walk is multiplied by.
+        /// Factor on the rest of the walk.
         weight: f64,
-        /// What it has found, in lm/m².
+        /// Light found before, in lm/m².
         sum_lm_m2: f64,
-        /// Its rays.
+        /// Rays traced before.
         rays: u64,
     },
-    /// A look from the first surface that it met found a near luminaire.
+    /// A light sample from the first surface that the walk met found a near luminaire.
     FoundNear {
-        /// Which emitter.
+        /// Number of the emitter.
         emitter: u32,
-        /// What leaves the surface of its light, in lm/m².
+        /// Its light that leaves the surface, in lm/m².
         lm_m2: f64,
-        /// The part of it that counts, in lm/m², since looking back finds the rest.
+        /// The part of that light that counts, in lm/m². The light-path connection (looking back) finds the rest.
         counted_lm_m2: f64,
     },
-    /// It looked back from a packet of a near luminaire.
+    /// The walk made a light-path connection (looked back) to a packet of a near luminaire.
     LookedBack {
-        /// What that is multiplied by.
+        /// Factor on the result.
         weight: f64,
-        /// What it found.
+        /// Result of the connection.
         found: &'a LookBack,
     },
 }

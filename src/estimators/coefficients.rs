@@ -1,10 +1,11 @@
-//! Daylight coefficients: what a receiver gets for each cd/m² of a part of the sky, by walks that serve all parts at once.
+//! Daylight coefficients: illuminance of a receiver for each cd/m² of a part of the sky, by walks that serve all parts at once.
 //!
-//! The illuminance at a place is linear in the sky's luminances, E = Σ_p C_p L_p (docs/methods.md (37)). A walk under a sky of 1 cd/m² all around
-//! scores as one of indirect illuminance does; what each light sample finds, and what comes by way of mirrors, is credited to the direction that it comes
-//! from. So one set of walks is unbiased for every part of every sky.
+//! The illuminance at a point is linear in the sky's luminances, E = Σ_p C_p L_p (docs/methods.md (37)). A walk under a sky of 1 cd/m² all
+//! around scores as a walk for indirect illuminance does. The light found by each light sample and by way of mirrors is credited to the
+//! direction that it comes from. So one set of walks is unbiased for every part of every sky.
 //!
-//! Where the sun shines a walk does not ask: it tells where it met surfaces that scatter, and what light there would bring the receiver.
+//! A walk does not test where the sun shines. It reports the scattering surface points that it met, and the illuminance at the receiver for
+//! light that arrives there.
 
 use std::f64::consts::PI;
 
@@ -22,7 +23,7 @@ use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::Openings;
 
-/// A place where a walk met a surface that scatters light towards the receiver.
+/// A point where a walk met a surface that scatters light towards the receiver.
 pub struct MetPlace<'a> {
     /// The side of a triangle that is lit.
     pub spot: TriangleSide,
@@ -31,16 +32,16 @@ pub struct MetPlace<'a> {
     response: Response<'a>,
 }
 
-/// What light that arrives at such a place brings the receiver.
+/// Illuminance at the receiver for light that arrives at a met point.
 enum Response<'a> {
-    /// So many lx for each lx, from wherever it comes.
+    /// In lx for each lx, equal for all directions.
     Even(f64),
-    /// By a BSDF that looks at directions: its own, the normal, and where the receiver is.
+    /// By a BSDF that depends on direction: the BSDF, the normal, and the direction to the receiver.
     Directed(&'a Bsdf, DVec3, DVec3),
 }
 
 impl MetPlace<'_> {
-    /// The same for light from everywhere, where the direction does not matter.
+    /// Illuminance in lx at the receiver for each lx at the point, if it does not depend on the direction.
     #[inline]
     pub fn brings_evenly(&self) -> Option<f64> {
         match self.response {
@@ -49,7 +50,7 @@ impl MetPlace<'_> {
         }
     }
 
-    /// Illuminance in lx at the receiver for each lx that the place receives from a unit direction.
+    /// Illuminance in lx at the receiver for each lx that the point receives from a unit direction.
     #[inline]
     pub fn brings(&self, towards: DVec3) -> f64 {
         match self.response {
@@ -59,38 +60,39 @@ impl MetPlace<'_> {
     }
 }
 
-/// By which way light of the sky comes to a receiver: the split of the daylight factor.
+/// Path by which light of the sky comes to a receiver: the split of the daylight factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyWay {
-    /// Straight, or through panes.
+    /// Directly, or through panes.
     Straight,
-    /// By way of a surface that the receiver sees beyond an opening.
+    /// Reflected by a surface that the receiver sees beyond an opening.
     FromOutside,
-    /// By way of a surface that it sees on this side.
+    /// Reflected by a surface that the receiver sees on its own side.
     FromInside,
 }
 
-/// Ways by which light of the sky comes.
+/// Number of paths by which light of the sky comes.
 pub const SKY_WAYS: usize = 3;
 
 impl SkyWay {
-    /// The component of the daylight factor that light from a direction counts in: what the ground brings straight has been reflected outside.
+    /// Component of the daylight factor in which light from a direction counts. Direct light from the ground has been reflected outside.
     #[inline]
     pub fn component(self, towards: DVec3) -> SkyWay {
         if self == SkyWay::Straight && towards.z <= 0.0 { SkyWay::FromOutside } else { self }
     }
 }
 
-/// What a walk finds.
+/// Receives the results of a walk.
 pub trait CoefficientTally {
-    /// Illuminance in lx at the receiver from a unit direction.
+    /// Adds illuminance in lx at the receiver from a unit direction.
     fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
 
-    /// A place that would light the receiver.
+    /// Reports a surface point that would light the receiver.
     fn met(&mut self, place: &MetPlace);
 }
 
-/// One walk from a receiver in a scene whose only luminaire is a sky, of 1 cd/m² all around where coefficients are asked for; returns the rays.
+/// Takes one walk from a receiver and returns the number of rays. The only luminaire of the scene is a sky, which has 1 cd/m² all around
+/// for coefficients.
 pub fn walk_for_coefficients(
     (stage, openings): (&Stage, &Openings),
     receiver: &Receiver,
@@ -125,7 +127,7 @@ fn follow(
 ) -> u64 {
     let mut rays = 0;
     let mut is_mirrored = false;
-    // Known from the first surface on that scatters.
+    // It is determined by the first surface that scatters.
     let mut way = SkyWay::FromInside;
     let mut has_scattered = false;
     while rays < MOST_RAYS_OF_A_WALK {
@@ -168,7 +170,7 @@ fn follow(
     rays
 }
 
-/// Looks for the sky from a surface that scatters, and tells where it is; returns the rays.
+/// Reports a surface point that scatters, and takes a light sample of the sky from it. Returns the number of rays.
 fn look_from(
     stage: &Stage,
     (hit, direction, bsdf, sky_way): (&SurfaceHit, DVec3, &Bsdf, SkyWay),
@@ -177,7 +179,7 @@ fn look_from(
     stream: &mut Stream,
 ) -> u64 {
     let met_normal = stage.normal_at(hit);
-    // A sheet lets through what lights its other side.
+    // A sheet transmits the light that arrives at its other side.
     let total = bsdf.total(1.0);
     let is_behind = matches!(bsdf, Bsdf::Translucent(sheet) if stream.unit() * total >= sheet.reflectance);
     let (lobe, normal, side) = match is_behind {

@@ -1,10 +1,10 @@
-//! The control variate of a receiver's direct light (docs/methods.md (3)): what it expects of every emitter before it samples.
+//! The control variate of a receiver's direct light (docs/methods.md (3)): the light expected of every emitter before sampling.
 //!
-//! Light samples taken ahead tell which emitters a receiver sees, and which parts of those that it sees in part. What they found is
-//! expected from then on, and samples look for what differs from that: E = Σ cₖ + Σ (lᵢ − cₖ)/nₖ, cₖ what item k, an
-//! emitter or a part of one, is expected to bring, lᵢ what a light sample of it brought and nₖ how many of these it gets on average.
-//! Whatever cₖ, the mean is right; light samples go where doubt is left, and what stands in full light or full shade needs few. The
-//! control variate is shared by all samples of all replicas: their light samples are independent of it and of each other.
+//! Survey samples show which emitters a receiver sees, and which parts of those that it sees partly. Their result becomes the control
+//! variate, and later samples estimate the difference from it: E = Σ cₖ + Σ (lᵢ − cₖ)/nₖ. Item k is an emitter or a part of one. Its
+//! expected illuminance is cₖ, lᵢ is the illuminance from a light sample of it, and nₖ is its mean number of light samples. The mean is
+//! right whatever cₖ is. Light samples go to items with uncertainty, and points in full light or full shade need few. All samples of all
+//! replicas share the control variate. Their light samples are independent of it and of each other.
 
 mod survey;
 
@@ -17,69 +17,69 @@ use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
 
-/// An emitter that brings at least this share of all is surveyed, and one that is a point if it brings that of what was seen. Of
-/// more emitters than are each sampled, one that brings this share gets a light sample in every pass.
+/// An emitter with at least this share of all light is surveyed; a point emitter also if it has this share of the light that was seen. If
+/// there are more emitters than are each sampled, an emitter with this share gets a light sample in every pass.
 pub(super) const SHARE_FOR_A_LIGHT_SAMPLE: f64 = 1.0 / 400.0;
-/// Light samples of one sample over the number of items among which the doubt is spread.
+/// Light samples of one sample, over the number of items among which the uncertainty is spread.
 const SAMPLES_PER_DOUBT: f64 = 0.5;
-/// Samples, all replicas together, that a first pass takes of a place: it shall not cost more than the survey did.
+/// Number of samples, of all replicas together, that a first pass takes at a point. The pass shall not cost more than the survey did.
 const SAMPLES_OF_A_PASS: f64 = 16.0;
-/// Items that are kept for all points of a receiver set together: some 100 MB.
+/// Maximum number of items kept for all points of a receiver set together: about 100 MB.
 const MOST_ITEMS: usize = 2_000_000;
 
-/// Emitters whose views a receiver keeps from sample to sample.
+/// Maximum number of emitters whose views a receiver keeps from sample to sample.
 const MOST_VIEWS: usize = 24;
 
-/// What a receiver expects of its emitters.
+/// Control variate of a receiver: the light expected of its emitters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ControlVariate {
-    /// All that is expected, in lx.
+    /// Sum of all expected illuminance, in lx.
     sum_lx: f64,
-    /// What may bring something else.
+    /// Items whose illuminance may differ from the expectation.
     items: Vec<UncertainEmitter>,
-    /// Light samples of one sample.
+    /// Number of light samples in one sample.
     samples: usize,
-    /// Rays that it took to find all this out.
+    /// Rays of the survey.
     pub rays: u64,
 }
 
-/// An emitter, or a part of one, of which it is not certain what it brings.
+/// An emitter, or a part of one, with uncertain illuminance.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct UncertainEmitter {
     emitter: u32,
-    /// The part: its light samples have their first two variates in this square.
+    /// The part: the first two variates of its light samples lie in this square.
     square: Square,
-    /// How what is expected changes with these variates, in lx over their range.
+    /// Slope of the expectation with these variates, in lx over their range.
     slopes_lx: [f64; 2],
-    /// What is expected of it, in lx.
+    /// Expected illuminance, in lx.
     expected_lx: f64,
-    /// Doubt of the items up to and including this one, in lx.
+    /// Cumulative uncertainty of the items up to and including this one, in lx.
     cumulative_lx: f64,
 }
 
-/// Control variates of the points of a receiver set, kept from pass to pass as far as there is room.
+/// Control variates of the points of a receiver set, kept from pass to pass as far as memory allows.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ControlVariates {
-    /// Looks ahead at an emitter that brings everything.
+    /// Survey samples of an emitter that gives all the light.
     pub survey_samples: f64,
-    /// Rays that a survey takes at a point of which nothing is kept, about.
+    /// Approximate number of survey rays at a point that has no kept control variate.
     pub survey_rays: f64,
     of_points: Vec<Option<ControlVariate>>,
     items: usize,
 }
 
 impl ControlVariates {
-    /// None yet, from so many survey samples of an emitter that brings everything; at a point they take so many rays.
+    /// Creates an empty set with the planned numbers: survey samples of an emitter that gives all the light, and survey rays at a point.
     pub fn planned(survey_samples: f64, survey_rays: f64) -> ControlVariates {
         ControlVariates { survey_samples, survey_rays, ..ControlVariates::default() }
     }
 
-    /// That of a point, if it is kept.
+    /// The control variate of a point, if it is kept.
     pub fn of(&self, point: usize) -> Option<&ControlVariate> {
         self.of_points.get(point).and_then(Option::as_ref)
     }
 
-    /// Keeps that of one of so many points, if there is room. It is the same when it is made again.
+    /// Keeps the control variate of one of `points` points, if there is room. Computing it again gives the same result.
     pub fn keep(&mut self, point: usize, points: usize, expectation: ControlVariate) {
         if self.items + expectation.items.len() > MOST_ITEMS {
             return;
@@ -92,8 +92,8 @@ impl ControlVariates {
 }
 
 impl ControlVariate {
-    /// Surveys from a receiver, at emitters weighed by what they may bring there, `survey_samples` times at one that
-    /// brings everything; the stream is one that no sample draws from.
+    /// Surveys the emitters from a receiver, weighted by the illuminance that they may give there. An emitter that gives all the light gets
+    /// `survey_samples` samples. No later sample draws from `stream`.
     pub fn of(
         stage: &Stage,
         receiver: &Receiver,
@@ -104,7 +104,7 @@ impl ControlVariate {
         let total: f64 = importance.iter().sum();
         let mut expectation = ControlVariate::default();
         let mut seen_lx = total;
-        // Emitters that bring little of all may bring much of what is not hidden.
+        // Emitters with little of all light may have much of the light that is not hidden.
         for is_strong in [true, false] {
             for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
                 if *importance > 0.0 && (*importance >= SHARE_FOR_A_LIGHT_SAMPLE * total) == is_strong {
@@ -129,7 +129,7 @@ impl ControlVariate {
         expectation
     }
 
-    /// Expects something of a part of an emitter, with some doubt, in lx.
+    /// Adds the expectation of a part of an emitter, with its uncertainty, in lx.
     fn expect(&mut self, emitter: u32, square: Square, expected_lx: f64, slopes_lx: [f64; 2], doubt_lx: f64) {
         self.sum_lx += expected_lx;
         if doubt_lx > 0.0 {
@@ -139,7 +139,7 @@ impl ControlVariate {
         }
     }
 
-    /// One unbiased sample of the direct illuminance in lx, and the rays it took; `views` are those of the receiver's earlier samples.
+    /// One unbiased sample of the direct illuminance in lx, and the number of rays. `views` holds those of the receiver's earlier samples.
     pub fn sample<'a>(
         &self,
         stage: &'a Stage,
@@ -177,7 +177,7 @@ impl ControlVariate {
     }
 }
 
-/// Emitters as a receiver sees them, kept from sample to sample.
+/// Views of emitters from a receiver, kept from sample to sample.
 #[derive(Default)]
 pub struct Views<'a> {
     of_emitters: Vec<(u32, EmitterView<'a>)>,
@@ -203,7 +203,7 @@ impl<'a> Views<'a> {
 }
 
 impl UncertainEmitter {
-    /// What is expected at two variates beyond the mean over them, in lx.
+    /// Difference of the expectation at two variates from its mean over them, in lx.
     #[inline]
     fn change_lx(&self, variates: [f64; 2]) -> f64 {
         self.slopes_lx.iter().zip(variates).map(|(slope_lx, variate)| slope_lx * (variate - 0.5)).sum()
@@ -221,7 +221,7 @@ mod tests {
     use crate::estimators::direct::DirectPass;
     use crate::sampling::random::Purpose;
 
-    /// A wall hides parts of shining panels from the points behind it; a small lamp hangs in the open.
+    /// A wall hides parts of shining panels from the points behind it. A small lamp hangs in the open.
     const SCENE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
       "geometry": [ { "name": "wall", "type": "box", "min": [2,0,0], "max": [2.1,4,2], "facing": "outward", "material": "grey" },
         { "name": "one", "type": "rectangle", "origin": [0.2,0.5,3], "u": [0,1,0], "v": [1,0,0], "material": "grey" },
@@ -239,11 +239,11 @@ mod tests {
         (mean, (squares / (count - 1.0) / count).sqrt())
     }
 
-    /// Seven points from full light through penumbra to shade, with few and with many survey samples, random and
-    /// quasi-random: 20,000 samples by expectation and 20,000 passes over every lamp agree within 4.5 standard errors of their difference
-    /// (α = 7e-6 each; seeds 5 and 6). An expectation that counts 3% too much (the planted fault) does not, where it is in
-    /// doubt. In the mean over the points samples scatter less than passes that take as many rays, and with 64 times the
-    /// survey samples four times less.
+    /// Seven points from full light through penumbra to shade, with few and with many survey samples, random and quasi-random. 20,000
+    /// samples with the control variate and 20,000 passes over every lamp agree within 4.5 standard errors of their difference (α = 7e-6
+    /// each; seeds 5 and 6). A control variate that counts 3% too much (the planted fault) does not agree where it is uncertain. In the
+    /// mean over the points, samples scatter less than passes with as many rays, and four times less still with 64 times the survey
+    /// samples.
     #[test]
     fn samples_beside_a_control_variate_have_the_mean_of_light_samples_of_every_lamp() {
         const N: u64 = 20_000;
@@ -295,7 +295,7 @@ mod tests {
         assert!(few < by_passes && 4.0 * many < few, "{few} {many} {by_passes}");
     }
 
-    /// A point lamp leaves no doubt: samples take no rays and say what a light sample says.
+    /// A point lamp leaves no uncertainty: samples take no rays and equal a light sample.
     #[test]
     fn what_points_bring_is_known_from_one_light_sample() {
         let text = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

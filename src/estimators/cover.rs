@@ -1,8 +1,8 @@
-//! Points that are covered: something lies on them, a partition on the floor say, or they lie inside of a solid.
+//! Points hidden by contact: something stands on them, for example a partition on the floor, or they lie inside a solid.
 //!
-//! A surface touches such a point, or lies a little above it, or all that it sees is the backs of one-sided surfaces. Its
-//! illuminance is 0, and nobody sees it. A sheet with a black back, a luminaire's panel under the ceiling say, covers nothing: flat rays
-//! find the gap beside it.
+//! A surface touches the point or lies a little above it, or the point sees only the backs of one-sided surfaces. Its illuminance is 0, and
+//! nobody sees it. A sheet with a black back, for example a luminaire's panel under the ceiling, hides nothing by contact: flat rays find
+//! the gap beside it.
 
 use std::f64::consts::TAU;
 
@@ -13,25 +13,25 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Rays of which all must meet backs: a point that sees them beside other things is not covered.
+/// Number of rays that must all meet backs. A point that sees backs beside other things is not hidden.
 const RAYS: u64 = 12;
-/// Flat rays all around of which all must meet backs, too, and how high they rise, in rad: a sheet hides all of them only where it reaches
+/// Number of flat rays all around that must also all meet backs, and their elevation in rad. A sheet hides all of them only if it extends
 /// fifty times as far as it lies above the point.
 const FLAT_RAYS: u64 = 8;
 const RISE_RAD: f64 = 0.02;
-/// What lies on a point is at most so many times as far from it as positions are accurate.
+/// Maximum distance of something that stands on a point, in multiples of the position accuracy.
 const CLOSE: f64 = 10.0;
 
-/// Whether a point with a unit normal is covered, and the rays that it took to tell.
+/// Whether a point with a unit normal is hidden by contact, and the number of rays traced to determine this.
 pub fn is_covered(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
-    // What stands there may hold others: where beams cross a ray within one meets the other from outside.
+    // A solid that stands there may contain others. Where beams cross, a ray within one meets the other from outside.
     if stage.tracer.is_pressed(origin) {
         return (true, 1);
     }
     let close_m = CLOSE * stage.tracer.position_accuracy_m();
     let (along, across) = normal.any_orthonormal_pair();
     for ray in 1..=RAYS + FLAT_RAYS {
-        // The first ray goes along the normal, straight into what lies just above the point.
+        // The first ray follows the normal, directly into what lies just above the point.
         let direction = match ray {
             1 => normal,
             2..=RAYS => cosine_hemisphere(normal, stream.pair()),
@@ -58,10 +58,10 @@ mod tests {
     use crate::estimators::element::Element;
     use crate::sampling::random::Purpose;
 
-    /// Two beams that cross below a ceiling, one of which ends at a wall, and a duct that goes through the ceiling: at 20,000 places of each
-    /// element of both surfaces (seed 3) what is covered is what lies in their footprints, up to 0.1 mm from the edges. What a ray meets
-    /// that may look from beside its origin, or one that starts within a beam and meets the other from outside (the planted faults), tells
-    /// otherwise at some of them.
+    /// Two beams cross below a ceiling, and one of them ends at a wall. A duct passes through the ceiling. At 20,000 points of each element
+    /// of both surfaces (seed 3), the hidden points are those in the footprints, up to 0.1 mm from the edges. Two planted faults give other
+    /// results at some points: a ray whose hit may be seen from beside its origin, and a ray that starts within a beam and meets the other
+    /// beam from outside.
     #[test]
     fn covered_is_what_lies_in_a_footprint_up_to_its_edge() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
@@ -73,7 +73,7 @@ mod tests {
             "luminaires": [ { "name": "a", "type": "point", "position": [3,2,1.5], "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        // Least and most along the two axes that follow in the room's order.
+        // Minimum and maximum along the two axes that follow in the room's order.
         let on_ceiling = [[1.01, 1.17, 1.03, 2.51], [0.0, 2.2, 1.6, 1.76], [3.0, 3.3, 0.5, 0.8]];
         let surfaces = [("room/ceiling", &on_ceiling[..]), ("room/x_min", &[[1.6, 1.76, 2.35, 2.7]][..])];
         for (name, footprints) in surfaces {
@@ -87,7 +87,7 @@ mod tests {
                     let at = element.draw(&stage, &mut stream);
                     let point_m = element.point_m(&stage, at);
                     let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
-                    // How far inside of the footprint that holds it most.
+                    // Depth inside the footprint that contains it most deeply.
                     let depth_m = |[a, b, c, d]: &[f64; 4]| (u - a).min(b - u).min(v - c).min(d - v);
                     let depth_m = footprints.iter().map(depth_m).fold(f64::NEG_INFINITY, f64::max);
                     if depth_m.abs() < 1e-4 {
@@ -113,8 +113,8 @@ mod tests {
         }
     }
 
-    /// A panel of 0.6 m whose back is black hangs 10 cm, and another 2 cm, below a ceiling: of 20,000 places on each element of the ceiling
-    /// (seed 4) none is covered. Without flat rays, the planted fault, some would be: a ray in ten finds the gap.
+    /// A panel of 0.6 m with a black back hangs 10 cm below a ceiling, and another 2 cm. Of 20,000 points on each element of the ceiling
+    /// (seed 4), none is hidden by contact. Without flat rays (the planted fault) some would be: only one ray in ten finds the gap.
     #[test]
     fn a_sheet_covers_nothing() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },

@@ -1,4 +1,4 @@
-//! Direct light: exact where nothing stands between, sampled in visibility where something may (docs/methods.md (2)).
+//! Direct light: exact where nothing is in between, sampled in visibility where something may be (docs/methods.md (2)).
 
 use glam::DVec3;
 
@@ -13,18 +13,18 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
 
-/// Up to this many emitters each get a light sample in every pass, at a receiver and from a glossy sub-point that an eye sees; of more, a
-/// stratified choice stands for all.
+/// Up to this number, each emitter gets a light sample in every pass, at a receiver and at a glossy sub-point that an eye sees. If there
+/// are more emitters, a stratified choice represents all.
 pub const MOST_EACH: usize = 24;
-/// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
+/// Share of the bound of an emitter's illuminance that is added to its unshadowed illuminance.
 const SHARE_OF_BOUND: f64 = 0.05;
-/// Share of all light samples of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
+/// Share of all light samples of a pass at a receiver that goes to any emitter, bright or dim. The bright ones may be hidden.
 const SHARE_FOR_ANY: f64 = 0.01;
-/// Light samples, at most, by which the luminaires that are in sight of a point are found before the others weigh less.
+/// Maximum number of light samples that find the luminaires visible from a point, before the others get less weight.
 const MOST_SURVEY_SAMPLES: u64 = 256;
-/// Number of a place's stream for its control variate; number 0 finds the luminaires in sight.
+/// Number of a point's stream for its control variate. Number 0 finds the visible luminaires.
 const EXPECTATION: u32 = 1;
-/// Looks of one pass at an element where emitters are chosen: elements are many.
+/// Light samples of one pass at an element if emitters are chosen. It is small since there are many elements.
 const SAMPLES_OVER_ELEMENT: usize = 6;
 
 /// Scratch space for one pass over the emitters, so that a pass allocates nothing.
@@ -42,24 +42,24 @@ pub struct DirectPass {
 pub struct SamplePair {
     /// The point: the weights of the element's second and third corner.
     pub at: [f64; 2],
-    /// Two samples of the direct illuminance there in lx, independent but for the point.
+    /// Two samples of the direct illuminance there in lx. They are independent except for the point.
     pub samples_lx: [f64; 2],
-    /// Rays they took.
+    /// Rays of both samples.
     pub rays: u64,
 }
 
 impl DirectPass {
-    /// One unbiased sample of the direct illuminance at a point in lx, and the rays it took.
+    /// One unbiased sample of the direct illuminance at a point in lx, and the number of rays.
     ///
-    /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
-    /// proportion to what it brings.
+    /// Every emitter gives its exact unshadowed illuminance times the visibility of one of its points. The point is drawn in proportion to
+    /// its illuminance.
     pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
         let mut sum_lx = 0.0;
         let rays = self.parts_at_point(stage, receiver, stream, |lx, _| sum_lx += lx);
         (sum_lx, rays)
     }
 
-    /// The same part by part, each with the light sample that it comes from; returns the rays.
+    /// The same part by part. Each part comes with its light sample. Returns the number of rays.
     pub fn parts_at_point(
         &mut self,
         stage: &Stage,
@@ -82,8 +82,8 @@ impl DirectPass {
         rays
     }
 
-    /// The control variate of a point, for any number of samples there (docs/methods.md, section 2): an emitter that brings all of the
-    /// light there gets `survey_samples` light samples, the others by their shares.
+    /// The control variate of a point, for any number of samples there (docs/methods.md, section 2). An emitter that gives all of the light
+    /// there gets `survey_samples` light samples, the others get their shares of that.
     pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
         let rays = self.weigh_at(stage, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
@@ -92,10 +92,10 @@ impl DirectPass {
         control_variate
     }
 
-    /// Weighs the emitters for a point by what each brings unshadowed; returns the rays it took.
+    /// Weights the emitters for a point by their unshadowed illuminance. Returns the number of rays.
     ///
-    /// An opening counts as its centre there, which may lie below the horizon while parts of it do not: a share of the
-    /// bound keeps it possible.
+    /// An opening counts as its centre, which may lie below the horizon while parts of it do not. A share of the bound keeps these parts
+    /// possible.
     fn weigh_at(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         self.weigh(stage, |emitter| {
@@ -110,8 +110,8 @@ impl DirectPass {
         rays
     }
 
-    /// Looks for luminaires in sight, strong ones first, until the rest is small beside them. Where nearly all unshadowed
-    /// light is hidden, the hidden ones get no more weight than all others together. Returns the rays.
+    /// Searches for visible luminaires, strong ones first, until the rest is small beside them. If nearly all unshadowed light is hidden,
+    /// the hidden luminaires together get no more weight than all others. Returns the number of rays.
     fn weigh_hidden_less(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
         let mut stream = stream_of_place(receiver, 0);
         self.hidden.clear();
@@ -136,8 +136,8 @@ impl DirectPass {
         found.rays
     }
 
-    /// One unbiased sample of the direct illuminance at a point on a side of a triangle in lx from `count` light samples: equal
-    /// steps through the choice that walks make.
+    /// One unbiased sample of the direct illuminance in lx at a point on a side of a triangle, from `count` light samples. They are equal
+    /// steps through the probabilities that walks use for their choice.
     pub fn chosen_samples(
         &mut self,
         stage: &Stage,
@@ -170,8 +170,9 @@ impl DirectPass {
         self.total = self.importance.iter().sum();
     }
 
-    /// One light sample of every emitter that brings a share worth it; equal steps through the cumulative importance of the
-    /// others, so that none is ever left out. What stands in full light or full shade of all that matter has no chance.
+    /// Takes one light sample of every emitter with a sufficient share of the importance. The others are sampled by equal steps through
+    /// their cumulative importance, so none is ever left out. A point with all important emitters fully visible or fully hidden has no
+    /// randomness.
     fn sample_most(
         &self,
         stage: &Stage,
@@ -203,9 +204,9 @@ impl DirectPass {
         rays
     }
 
-    /// One unbiased sample of the mean direct illuminance of an element side in lx, and the rays it took.
+    /// One unbiased sample of the mean direct illuminance of an element side in lx, and the number of rays.
     ///
-    /// Point emitters see a flat element in its exact solid angle, Ē = I Ω/A; for all others, and on smooth bodies, a point is
+    /// A point emitter uses the exact solid angle of a flat element, Ē = I Ω/A. For all other emitters, and on smooth bodies, a point is
     /// drawn uniformly in the element.
     pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
         if stage.is_unlit(element.spot()) {
@@ -240,14 +241,14 @@ impl DirectPass {
         self.chosen_samples(stage, element.spot(), &receiver, SAMPLES_OVER_ELEMENT, stream)
     }
 
-    /// Two samples of the direct light at a random point of an element that is not covered.
+    /// Two samples of the direct light at a random point of an element that is not hidden by contact.
     pub fn sample_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> SamplePair {
         let (at, rays) = element.draw_exposed(stage, stream);
         let seen = self.sample_twice_at(stage, element, at, stream);
         SamplePair { rays: seen.rays + rays, ..seen }
     }
 
-    /// The same at a point.
+    /// The same at a given point.
     pub fn sample_twice_at(
         &mut self,
         stage: &Stage,
@@ -262,9 +263,9 @@ impl DirectPass {
         SamplePair { at, samples_lx, rays }
     }
 
-    /// Two unbiased samples of the direct illuminance at a point on a side of a triangle in lx, and the rays of both.
+    /// Two unbiased samples of the direct illuminance in lx at a point on a side of a triangle, and the rays of both.
     ///
-    /// What point emitters bring has no chance and is sampled once.
+    /// The light of point emitters has no randomness and is sampled once.
     fn twice(
         &mut self,
         stage: &Stage,
@@ -301,7 +302,7 @@ impl DirectPass {
     }
 }
 
-/// A stream of a place's own, from which no sample of a run is drawn.
+/// A stream of the point's own. No sample of a run is drawn from it.
 fn stream_of_place(receiver: &Receiver, what_for: u32) -> Stream {
     let bits = receiver.point_m.to_array().iter().fold(0u64, |bits, m| bits.rotate_left(21) ^ m.to_bits());
     let mut stream = Stream::new(bits, Purpose::Pilot, what_for, 0);
@@ -313,13 +314,13 @@ fn stream_of_place(receiver: &Receiver, what_for: u32) -> Stream {
 pub struct Sight<'a> {
     /// The emitter.
     pub emitter: &'a Emitter,
-    /// Its number.
+    /// Number of the emitter.
     pub index: u32,
-    /// Probability with which it was chosen.
+    /// Probability with which the emitter was chosen.
     pub probability: f64,
-    /// What it brings if nothing stands between, in lx.
+    /// Illuminance in lx without occlusion.
     pub unshadowed_lx: f64,
-    /// Share of that which arrives.
+    /// Share of that illuminance that arrives.
     pub transmittance: f64,
     /// Unit direction to the sampled point.
     pub towards: DVec3,
@@ -336,14 +337,14 @@ impl Sight<'_> {
 /// How a point of a single emitter is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleCost {
-    /// It may be any.
+    /// By any distribution that is cheap.
     Cheap,
-    /// In proportion to what it brings: who weighs light samples by their density asks for that.
+    /// In proportion to its illuminance. Required if light samples are weighted by their density.
     Full,
 }
 
-/// A light sample of a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
-/// vertices of walks. `None` where the choice brings nothing; else it took one ray.
+/// A light sample of a single emitter from a point on a side of a triangle, chosen about in proportion to its illuminance. For the vertices
+/// of walks. `None` if the choice contributes nothing; otherwise it took one ray.
 #[inline]
 pub fn one_light_sample<'a>(
     stage: &'a Stage,
@@ -354,7 +355,7 @@ pub fn one_light_sample<'a>(
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
     let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
-    // Where there is no choice, the better coordinates are left to what comes next.
+    // If there is no choice, the better coordinates are left for the following draws.
     let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
@@ -378,8 +379,8 @@ pub fn one_light_sample<'a>(
     Some(sight)
 }
 
-/// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times
-/// Ω/A, times visibility; `None` where the element turns away.
+/// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times Ω/A, times visibility.
+/// `None` if the element faces away.
 fn point_over_element(
     stage: &Stage,
     emitter: &Emitter,

@@ -1,4 +1,4 @@
-//! An element side as rays see it: where they start, and how its light varies from point to point.
+//! An element side for ray tracing: start points of rays, and points and normals on it.
 
 use glam::DVec3;
 
@@ -12,27 +12,27 @@ use crate::scene::{ElementSide, Elements, Scene, body_of};
 /// An element side with all that its samples need.
 #[derive(Clone, Copy, Debug)]
 pub struct Element {
-    /// What it is.
+    /// Identity of the element side.
     pub id: ElementSide,
-    /// Its corners in m, turned like its triangle's front.
+    /// Its corners in m, in the rotational order of its triangle's front.
     pub corners_m: [DVec3; 3],
     /// Barycentric coordinates of its corners in its triangle.
     corners: [[f64; 2]; 3],
-    /// Unit normal of the side where that is the same everywhere on it.
+    /// Unit normal of the side if it is the same everywhere on it.
     normal: DVec3,
     /// Whether it is a part of a leaf of a smooth body.
     curved: bool,
     /// Area in m².
     pub area_m2: f64,
-    /// Whether something covers a part of it, of which points are to be left out.
+    /// Whether a part of it is hidden by contact. Points in that part are then left out.
     covered_in_part: bool,
 }
 
-/// Points that are drawn in an element until one is not covered, at most.
+/// Maximum number of points drawn in an element until one is not hidden by contact.
 const MOST_DRAWN: u64 = 64;
 
 impl Element {
-    /// The element side of a number.
+    /// The element side with a number.
     pub fn of(stage: &Stage, scene: &Scene, elements: &Elements, index: u32) -> Element {
         let id = elements.element(index);
         Element {
@@ -46,7 +46,7 @@ impl Element {
         }
     }
 
-    /// The same of which a share is exposed: points in it that are covered are left out if any are.
+    /// The same element with a given exposed share. Below 1, points hidden by contact are left out.
     pub fn exposed(self, share: f64) -> Element {
         Element { covered_in_part: share < 1.0, ..self }
     }
@@ -61,7 +61,7 @@ impl Element {
         self.curved
     }
 
-    /// A random point, all areas alike: the weights of the second and third corner.
+    /// A random point, uniform over the area: the weights of the second and third corner.
     #[inline]
     pub fn draw(&self, stage: &Stage, stream: &mut Stream) -> [f64; 2] {
         let mut at = uniform_triangle(stream.pair());
@@ -75,7 +75,7 @@ impl Element {
         at
     }
 
-    /// Weights of the triangle's corners at a point.
+    /// Weights of the triangle's second and third corner at a point.
     #[inline]
     fn inner(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.corners;
@@ -91,7 +91,7 @@ impl Element {
         stage.normal_on(self.id.triangle, self.inner(at), self.id.side)
     }
 
-    /// Its middle in m, and the unit normal there.
+    /// Its centre in m, and the unit normal there.
     pub fn middle(&self, stage: &Stage) -> (DVec3, DVec3) {
         let at = [1.0 / 3.0; 2];
         if self.curved {
@@ -100,10 +100,10 @@ impl Element {
         (self.corners_m.iter().sum::<DVec3>() / 3.0, self.normal)
     }
 
-    /// A random point of all of it, none where that is covered, and the rays that it took to tell.
+    /// A random point of the whole element, `None` if that point is hidden by contact; and the number of rays.
     ///
-    /// What is covered sees nothing, but a ray that starts there within some millionths of the scene's size of an edge is taken to have
-    /// slipped below it, and goes on outside.
+    /// A hidden point sees nothing. But a ray that starts there within some millionths of the scene's size of an edge is assumed to have
+    /// slipped below the edge, and continues outside.
     #[inline]
     pub fn draw_of_whole(&self, stage: &Stage, stream: &mut Stream) -> (Option<[f64; 2]>, u64) {
         let at = self.draw(stage, stream);
@@ -114,7 +114,7 @@ impl Element {
         ((!covered).then_some(at), rays)
     }
 
-    /// A random point that is not covered, and the rays that it took to find it.
+    /// A random point that is not hidden by contact, and the number of rays traced to find it.
     #[inline]
     pub fn draw_exposed(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
         let mut at = self.draw(stage, stream);
@@ -132,12 +132,12 @@ impl Element {
         (at, rays)
     }
 
-    /// Whether a point of it is covered, and the rays that it took to tell.
+    /// Whether a point of it is hidden by contact, and the number of rays traced to determine this.
     pub fn is_covered(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
         is_covered(stage, &self.origin(stage, at), self.normal_at(stage, at), stream)
     }
 
-    /// Where a ray leaves the element.
+    /// Start point of a ray that leaves the element.
     #[inline]
     pub fn origin(&self, stage: &Stage, at: [f64; 2]) -> Origin {
         stage.tracer.surface_origin(self.id.triangle, self.inner(at), self.id.side)

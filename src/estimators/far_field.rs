@@ -1,4 +1,4 @@
-//! Luminous intensity in the far field of what leaves a scene without having met anything but panes.
+//! Far-field luminous intensity of the light that leaves a scene without having met anything but panes.
 
 use std::f64::consts::TAU;
 
@@ -7,11 +7,11 @@ use glam::{DQuat, DVec3};
 use crate::chain::Stage;
 use crate::sampling::random::Stream;
 
-/// Emitters that one sample asks at most; of more, so many are chosen by their flux.
+/// Maximum number of emitters that one sample evaluates. Of more emitters, this number is chosen by flux.
 const MOST_EMITTERS: usize = 16;
 
-/// One unbiased sample of the intensity in cd that luminaires send out of the scene in a unit direction, and the rays it took: the
-/// mean over all turns about an axis, where one is given.
+/// One unbiased sample of the intensity in cd that luminaires send out of the scene in a unit direction, and the number of rays. If an axis
+/// is given, the result is the mean over all turns about it.
 pub fn sample_intensity_cd(
     stage: &Stage,
     direction: DVec3,

@@ -1,11 +1,10 @@
-//! Gathering through cells: rays that look cells up, the samples that cells take, and walks that measure what cells have wrong.
+//! Gathering through cells: rays that look cells up, the samples that cells take, and walks that measure the error of the cells.
 //!
-//! E_indirect = mean_k ρ_k (D(y_k) + I(y_k)): ray k meets place y_k, where a light sample finds the direct light D, and whose indirect
-//! illuminance I a cell tells. Rays of their own fill the cells: they
-//! start where the others do, and what they meet are the places of the samples, so that samples lie where cells are looked up. No
-//! ray whose value counts fills a cell: what it reads would hang together with what it met, and walks would measure another bias
-//! than its own. All that a ray or a walk found is kept as numbers of cells with their factors, so that it can be summed up once
-//! the light of the cells is solved for.
+//! E_indirect = mean_k ρ_k (D(y_k) + I(y_k)). Ray k meets point y_k. A light sample finds the direct light D there, and a cell gives the
+//! indirect illuminance I. Separate rays fill the cells. They start where the other rays do, and the points that they meet are the points
+//! of the samples. So samples lie where cells are looked up. No ray whose value counts fills a cell. Otherwise the value that it reads
+//! would correlate with what it met, and walks would measure a different bias. The results of a ray or a walk are kept as cell numbers with
+//! factors, so they can be summed once the light of the cells is solved for.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,10 +20,10 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
 
-/// Samples that a thread takes at a time, at least.
+/// Minimum number of samples that a thread takes at a time.
 const SAMPLES_A_TASK: usize = 64;
 
-/// A factor by which the light of a cell counts.
+/// Factor with which the light of a cell counts.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Term {
     /// The cell, or [`NO_CELL`].
@@ -34,11 +33,11 @@ pub struct Term {
 }
 
 impl Term {
-    /// No cell was looked up.
+    /// Term without a cell.
     pub const NONE: Term = Term { cell: NO_CELL, factor: 0.0 };
 }
 
-/// A diffuse place that a ray met.
+/// A diffuse surface point that a ray met.
 #[derive(Clone, Copy)]
 struct DiffusePlace {
     point_m: DVec3,
@@ -52,14 +51,14 @@ impl DiffusePlace {
     }
 }
 
-/// Notes where a ray met the first diffuse surface, and how it looks the cell up there.
+/// Records where a ray met the first diffuse surface, and how it looks the cell up there.
 struct FirstDiffuse {
-    /// Whether direct light there is looked for, too.
+    /// Whether a light sample for direct light is also taken there.
     looks: bool,
     found: Option<CellPlace>,
 }
 
-/// A place whose cell a ray looks up.
+/// A surface point whose cell a ray looks up.
 #[derive(Clone, Copy)]
 pub struct CellPlace {
     place: DiffusePlace,
@@ -82,7 +81,7 @@ impl Cache for FirstDiffuse {
 
 /// A [`Term`] whose cell is still to be looked up.
 ///
-/// Look-ups are done many at a time: each waits for memory, and many wait no longer than one.
+/// Look-ups are done many at a time. Each waits for memory, and many together wait no longer than one.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct PendingTerm {
     /// The cell.
@@ -106,19 +105,19 @@ impl CellPlace {
     }
 }
 
-/// What a gathering ray found.
+/// Result of a gathering ray.
 pub struct Gathered {
-    /// What it found beside the cell's light, in lx.
+    /// Light found apart from the cell's light, in lx.
     pub plain_lx: f64,
-    /// The cell that it looks up.
+    /// The cell that the ray looks up.
     pub term: Option<PendingTerm>,
     /// Bin of its direction: see [`crate::sampling::guide`].
     pub bin: u8,
-    /// Rays that it took.
+    /// Number of rays traced.
     pub rays: u64,
 }
 
-/// Sends a ray from a receiver, its direction by a density, if there is one.
+/// Sends a ray from a receiver. Its direction follows a density, if there is one.
 pub fn gather(
     stage: &Stage,
     grid: &CellGrid,
@@ -138,23 +137,23 @@ pub fn gather(
     }
 }
 
-/// Two variates by a density, if there is one, and their weight.
+/// Two variates that follow a density, if there is one, and their weight.
 #[inline]
 fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
     let variates = stream.pair();
     density.map_or((variates, 1.0), |density| density.warp(variates))
 }
 
-/// Sends a ray from a receiver; returns what it found beside the cell's light in lx, the place whose cell it looks up, if it met one, and
-/// the rays.
+/// Sends a ray from a receiver. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it met
+/// one), and the number of rays.
 fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { looks: true, found: None };
     let (plain_lx, rays) = walk_indirect_lx(stage, receiver, &mut first, cut, stream);
     (plain_lx, first.found, rays)
 }
 
-/// The place that a ray from a receiver meets, if it meets one, and the rays; no light is looked for there. Its direction is drawn by
-/// a density, if there is one.
+/// The point that a ray from a receiver meets, if any, and the number of rays. No light sample is taken there. Its direction follows a
+/// density, if there is one.
 pub fn look_for_place(
     stage: &Stage,
     receiver: &Receiver,
@@ -166,7 +165,7 @@ pub fn look_for_place(
     look_along(stage, receiver, variates, cut, stream)
 }
 
-/// The same along the direction that two variates make.
+/// The same along the direction given by two variates.
 fn look_along(
     stage: &Stage,
     receiver: &Receiver,
@@ -179,7 +178,7 @@ fn look_along(
     (first.found, rays)
 }
 
-/// A sample that a cell is to take at a place in it.
+/// A sample that a cell is to take at a point in it.
 struct Booked {
     cell: u32,
     /// Its number within the cell.
@@ -187,19 +186,20 @@ struct Booked {
     place: DiffusePlace,
 }
 
-/// What a sample found.
+/// Result of a sample.
 struct Taken {
     plain_lx: f32,
     next: Option<CellPlace>,
-    /// Whether the cell that it looked up may take a further sample there.
+    /// Whether the cell that it looked up may take another sample there.
     goes_on: bool,
     rays: u64,
 }
 
-/// Lets the cells at some places take samples there if they want more, and goes on to the cells that these look up, as long as they
-/// want samples; returns the rays.
+/// Lets the cells at some points take samples there, as long as they have fewer than `most_samples`. Continues with the cells that these
+/// samples look up, in the same way. Returns the number of rays.
 ///
-/// Wave after wave: samples of a wave are taken side by side, cells are booked in order. `stream` makes one for samples.
+/// The work proceeds in waves: the samples of a wave are taken in parallel, and cells are booked in order. `stream` creates a stream for
+/// samples.
 pub fn fill_cells(
     stage: &Stage,
     cells: &mut CellLight,
@@ -238,7 +238,7 @@ pub fn fill_cells(
             };
             let next = cells.grid.look_up(&met.lookup);
             cells.add(CellSample { cell, plain_lx, reflectance: met.reflectance as f32, next });
-            // A cell without any sample needs one; further ones are worth the less, the less light goes on.
+            // A cell without any sample needs one. Further samples are worth less if less light is passed on.
             let count = cells.count(next);
             if count == 0 || (count < most_samples && goes_on) {
                 next_wave.push(book(cells, next, met.place));
@@ -249,29 +249,29 @@ pub fn fill_cells(
     rays
 }
 
-/// Takes a sample at a place: a ray on, and a light sample where that arrives.
+/// Takes a sample at a point: sends a ray on, and takes a light sample where it arrives.
 fn take(stage: &Stage, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
     let (plain_lx, next, rays) = send(stage, &place.receiver(), cut, stream);
     let goes_on = next.is_some_and(|met| stream.happens(met.reflectance));
     Taken { plain_lx: plain_lx as f32, next, goes_on, rays }
 }
 
-/// What a residual walk found.
+/// Result of a residual walk.
 pub struct Walked {
-    /// What it found beside cells, in lx.
+    /// Light found apart from cells, in lx.
     pub plain_lx: f64,
     /// Bin of its first direction.
     pub bin: u8,
-    /// Rays that it took.
+    /// Number of rays traced.
     pub rays: u64,
 }
 
-/// A walk that measures how far the cells are off: the mean over walks of `plain_lx` and of the sum over all terms is the exact
-/// indirect illuminance less what cells tell of it, in lx.
+/// A walk that measures the error of the cells. The mean over walks of `plain_lx` plus the sum over all terms is the exact indirect
+/// illuminance minus the value from the cells, in lx.
 ///
-/// Each place y of the walk, in cell c, scores δ = P + ρ I_z − I_c by a ray to the next place z, P what that finds by itself, direct
-/// light at z among it; and the walk goes on there with probability ρ. Its first direction is drawn by a density, if there is one.
-/// Terms are noted one by one.
+/// Each point y of the walk, in cell c, scores δ = P + ρ I_z − I_c by a ray to the next point z. P is the light that the ray finds by
+/// itself, including direct light at z. The walk continues at z with probability ρ. Its first direction follows a density, if there is one.
+/// Terms are passed to `note` one by one.
 pub fn residual_walk(
     stage: &Stage,
     grid: &CellGrid,

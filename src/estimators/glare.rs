@@ -1,18 +1,18 @@
-//! What luminaires add to the glare of an observer: Σ L²ω/p², each as far as it is seen.
+//! Contribution of luminaires to the glare of an observer: Σ L²ω/p², each luminaire as far as it is seen.
 
 use crate::base::position_index::{Outside, position_index};
 use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::sampling::random::Stream;
 
-/// Parts of luminaires without a position index take as long as one ray, so many of them.
+/// Number of luminaire parts without a position index that take as long as one ray.
 const PARTS_OF_A_RAY: u64 = 8;
 
-/// Adds one unbiased sample of L²ω/p² in cd²·sr/m⁴ of every luminaire to its place in `sums`, for an eye that looks along its
-/// normal; returns the work that it took, in rays.
+/// Adds one unbiased sample of L²ω/p² in cd²·sr/m⁴ of every luminaire to its entry in `sums`, for an eye that looks along its normal.
+/// Returns the work in rays.
 ///
-/// Every part of a luminaire counts if it has a position index and a point of it, drawn at random, is seen (through panes by
-/// what they let pass, squared as luminance is).
+/// A part of a luminaire counts if it has a position index and if a random point of it is seen. Panes reduce it by the square of their
+/// transmittance, as they do with L².
 pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &mut [f64]) -> u64 {
     let (mut rays, mut parts) = (0, 0u64);
     for emitter in stage.emitters.list() {
@@ -30,8 +30,8 @@ pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &m
     rays.max(parts / PARTS_OF_A_RAY)
 }
 
-/// Why luminaires ahead of the eye do not count: for each the first reason that a part of it in sight has; `None` for
-/// luminaires of which a part has an index, and for those that are behind or hidden.
+/// For each luminaire, returns why it does not count for the eye: the greatest of the reasons of its visible parts. `None` for luminaires
+/// of which a part has an index, and for luminaires that are behind or hidden.
 pub fn outside_of_table(stage: &Stage, eye: &Receiver, stream: &mut Stream, luminaires: usize) -> Vec<Option<Outside>> {
     let mut reasons = vec![None; luminaires];
     let mut counts = vec![false; luminaires];

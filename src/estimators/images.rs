@@ -1,10 +1,10 @@
-//! Luminaires seen in flat mirrors: no ray of a walk meets a point, and few meet a small ball or panel or the sun, so their images
-//! are looked for.
+//! Luminaires seen in flat mirrors. No ray of a walk meets a point, and few meet a small ball, a small panel or the sun, so their images
+//! are searched for.
 //!
-//! A sequence of facets is drawn step by step ([`Beam`]); at every step one emitter is chosen and a point of it, and if
-//! the beam holds that, the path is followed back from facet to facet and counts in full. Each path has one sequence,
-//! which is drawn with a known probability: counted once, without bias (docs/methods.md (16)). Rays meet areas by way of the
-//! same facets: both ways count, weighed by their densities.
+//! A sequence of facets is drawn step by step ([`Beam`]). At every step one emitter and a point of it are chosen. If the beam contains the
+//! point, the path is followed back from facet to facet and counts in full. Each path has one sequence, which is drawn with a known
+//! probability, so it counts once and without bias (docs/methods.md (16)). Rays meet areas by way of the same facets. Both paths count,
+//! weighted by their densities.
 
 use std::f64::consts::PI;
 
@@ -17,50 +17,52 @@ use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 
-/// Least probability of going on after a weak reflection, so that panes, which grow bright at grazing angles, are not
-/// judged by the middle of a beam alone.
+/// Least probability of continuing after a weak reflection. Panes get brighter at grazing angles, so the middle of a beam alone must not
+/// decide.
 const LEAST_SURVIVAL: f64 = 0.1;
 
-/// Sequences between perfect mirrors have no end of their own: the share that goes on past the first step falls as
-/// (d + 6)⁻⁵ᐟ². That is slower than the squares of what images bring between two mirrors (d⁻⁴), so that the variance stays
-/// finite, and faster than d⁻², so that the work does: following a path back takes as many rays as it has facets.
+/// Share of sequences that continue past a step, beyond the reflectance. Sequences between perfect mirrors have no end of their own: the
+/// share that continues past the first step falls as (d + 6)⁻⁵ᐟ². This is slower than the squares of what images give between two mirrors
+/// (d⁻⁴), so the variance stays finite. It is faster than d⁻², so the work stays finite too: following a path back takes as many rays as it
+/// has facets.
 fn decay(depth: u32) -> f64 {
     let ratio = f64::from(depth + 5) / f64::from(depth + 6);
     if depth == 1 { 1.0 } else { ratio * ratio * ratio.sqrt() }
 }
 
-/// Facets on a way that both a look and a ray may find, at most: looks go no further, and rays count all that lies beyond.
+/// Maximum number of facets on a path that both an image search and a ray may find. Image searches stop there, and rays count everything
+/// beyond.
 const MOST_SHARED: usize = 12;
 
-/// One part of what a place makes of light from a direction.
+/// One part of the response of a point to light from a direction.
 #[derive(Clone, Copy)]
 pub struct ImageResponse {
-    /// What an illuminance of 1 lx from there counts.
+    /// Factor on an illuminance of 1 lx from that direction.
     pub factor: f64,
-    /// Density of the rays that find the same light, per sr and over the cosine; 0 where none does.
+    /// Density of the rays that find the same light, per sr and over the cosine. 0 if no ray does.
     pub ray_per_sr: f64,
 }
 
-/// The way of a ray by mirrors from a place that has looked for areas in them.
+/// Path of a ray by mirrors, from a point that has searched for areas in them.
 #[derive(Clone, Copy)]
 pub struct Trail {
     point_m: DVec3,
     normal: DVec3,
-    /// Density of the ray per sr and over the cosine, for every look.
+    /// Density of the ray per sr and over the cosine, for every image search.
     ray_per_sr: f64,
-    /// What the mirrors and panes on the way leave of light.
+    /// Share of light that the mirrors and panes on the path leave.
     share: f64,
     facets: [u16; MOST_SHARED],
     count: usize,
 }
 
 impl Trail {
-    /// A ray that starts at a place which looks for areas by chance (1: always).
+    /// Trail of a ray that starts at a point which searches for areas with a probability of `chance` (1: always).
     pub fn from(point_m: DVec3, normal: DVec3, ray_per_sr: f64, chance: f64) -> Trail {
         Trail { point_m, normal, ray_per_sr: ray_per_sr / chance, share: 1.0, facets: [0; MOST_SHARED], count: 0 }
     }
 
-    /// After a mirror that reflects a share; nothing where no look comes there.
+    /// The trail after a mirror that reflects a share. `None` if no image search gets there.
     pub fn mirrored(mut self, facet: Option<u16>, share: f64) -> Option<Trail> {
         *self.facets.get_mut(self.count)? = facet?;
         self.count += 1;
@@ -68,13 +70,13 @@ impl Trail {
         Some(self)
     }
 
-    /// After a pane that lets a share pass.
+    /// The trail after a pane that transmits a share.
     pub fn passed(self, share: f64) -> Trail {
         Trail { share: self.share * share, ..self }
     }
 
-    /// Share of an area's light that is the ray's to count where it meets that, z/(1 + z) with z its density over that with
-    /// which looks find the same (docs/methods.md (44)).
+    /// Share of an area's light that the ray counts where it meets the area. It is z/(1 + z), with z the density of the ray over the
+    /// density with which image searches find the same light (docs/methods.md (44)).
     pub fn share_of_ray(&self, stage: &Stage, mirrors: &Mirrors, number: u32) -> f64 {
         let mut beam = Beam::above(self.point_m, self.normal);
         let mut normal = self.normal;
@@ -97,39 +99,39 @@ impl Trail {
     }
 }
 
-/// How often areas are chosen at a step of a beam: the weight of each, and that of all.
+/// Weights with which areas are chosen at a step of a beam: the weight of each, and the sum of all.
 fn weights_of_areas(stage: &Stage, mirrors: &Mirrors, apex_m: DVec3, normal: DVec3) -> (impl Fn(&u32) -> f64, f64) {
     let weight = move |number: &u32| stage.emitters.list()[*number as usize].importance(apex_m, normal);
     (weight, mirrors.areas.iter().map(weight).sum())
 }
 
-/// Probability with which a sequence of facets goes on past one of them.
+/// Probability with which a sequence of facets continues past one of them.
 fn survival(stage: &Stage, facet: &Facet, step: &Reached, depth: u32) -> f64 {
     stage.bsdf(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
 }
 
-/// A point of an emitter, as it is chosen at a step of a beam.
+/// A point of an emitter, chosen at a step of a beam.
 struct Chosen {
     position_m: DVec3,
     origin: Origin,
-    /// What it brings to the image of the place in lx, its cosine included, as if no mirror took anything and nothing
-    /// stood between; over the probability of its choice.
+    /// Illuminance in lx at the image of the receiving point, with its cosine, without mirror losses and occlusion, divided by the
+    /// probability of the choice.
     brought_lx: f64,
-    /// Luminance of an area.
+    /// Luminance of an area, in cd/m². 0 for points and the sun.
     luminance_cd_m2: f64,
 }
 
-/// Where a beam has come to.
+/// State of a beam at a step.
 struct BeamPosition {
-    /// The image of the place, and of its normal.
+    /// Image of the receiving point and of its normal.
     apex_m: DVec3,
     normal: DVec3,
     /// Normal of the last facet.
     facet_normal: DVec3,
 }
 
-/// One unbiased sample of what images of the sun and of point-like emitters bring to a place in lx, times `response` to the direction
-/// that it comes from; and the rays it took.
+/// One unbiased sample of the illuminance in lx that images of the sun and of point-like emitters give at a point, times `response` to the
+/// direction of the light; and the number of rays.
 pub fn look_into_mirrors(
     stage: &Stage,
     mirrors: &Mirrors,
@@ -167,13 +169,13 @@ pub fn look_into_mirrors(
     (sun_lx + lx, sun_rays + rays)
 }
 
-/// One unbiased sample of what images of balls and areas bring to a place in lx, and the rays it took. Whoever looks so leaves out what a
-/// ray meets by way of these facets.
+/// One unbiased sample of the illuminance in lx that images of balls and areas give at a point, and the number of rays. The caller must
+/// omit what a ray meets by way of these facets.
 pub fn look_for_areas(stage: &Stage, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     look_for_areas_with(stage, mirrors, receiver, |_| 1.0, stream)
 }
 
-/// The same times `response` to the direction that it comes from.
+/// The same times `response` to the direction of the light.
 pub fn look_for_areas_with(
     stage: &Stage,
     mirrors: &Mirrors,
@@ -184,8 +186,9 @@ pub fn look_for_areas_with(
     look_at_areas(stage, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
 }
 
-/// The part of it that is not left to rays, for places that send some, each of whose parts `responses` tells by the direction that light
-/// comes from. It is made by chance (1: always): the ray's share, [`Trail::share_of_ray`], must know the same chance.
+/// The part of it that is not left to rays, for points that also send rays. `responses` gives each part of the response for the direction
+/// of the light. The search is made with a probability of `chance` (1: always). The ray's share, [`Trail::share_of_ray`], must use the same
+/// probability.
 pub fn look_for_areas_beside_rays(
     stage: &Stage,
     mirrors: &Mirrors,
@@ -197,7 +200,7 @@ pub fn look_for_areas_beside_rays(
     if chance < 1.0 && !stream.happens(chance) {
         return (0.0, 0);
     }
-    // 1/(1 + z), z the density of a ray over that of the look: docs/methods.md (44).
+    // 1/(1 + z), with z the density of a ray over that of the image search: docs/methods.md (44).
     let count = |lx: f64, towards: DVec3, chosen: &Chosen| {
         let lx = lx / chance;
         responses(towards)
@@ -208,7 +211,7 @@ pub fn look_for_areas_beside_rays(
     look_at_areas(stage, mirrors, receiver, MOST_SHARED as u32, count, stream)
 }
 
-/// Looks at areas in mirrors, up to so many facets away.
+/// Searches for areas in mirrors, by way of at most `deepest` facets.
 fn look_at_areas(
     stage: &Stage,
     mirrors: &Mirrors,
@@ -239,8 +242,8 @@ fn look_at_areas(
     })
 }
 
-/// One sample of what emitters bring to a place by way of so many facets at most; `choose` picks a point of one at every step, and
-/// `count` tells what the light that comes from it counts.
+/// One sample of the light that emitters give to a point by way of at most `deepest` facets. `choose` picks a point of an emitter at every
+/// step. `count` weights the light from it.
 fn look_by_facets(
     stage: &Stage,
     facets: &[Facet],
@@ -281,8 +284,8 @@ fn look_by_facets(
     (sum, rays)
 }
 
-/// Share of a point's light that gets to the receiver along one path by way of mirrors, the direction that it comes from,
-/// and the rays it took.
+/// Share of a point's light that reaches the receiver along one path by way of mirrors, the direction that it comes from, and the number of
+/// rays.
 fn follow(
     stage: &Stage,
     facets: &[Facet],

@@ -1,11 +1,10 @@
-//! Local estimation: every vertex of a chain scores at every receiver, Q f K V, with K = R(ω) cos θ′/d² what the receiver
-//! makes of light from there. For luminance the receiver is the sub-point of a line of sight (double local estimation).
+//! Local estimation: every vertex of a chain scores at every receiver, Q f K V. K = R(ω) cos θ′/d² is the response of the receiver to light
+//! from the vertex. For luminance the receiver is the sub-point of a line of sight (double local estimation).
 //!
-//! K has no bound: 1/d² in corners. So chains score min(K, c) only, and what that cuts off, the near field, comes from
-//! walks that start at the receiver and count what they meet with the share (1 − c/K)⁺ (docs/methods.md
-//! (22), (23)). Both parts have finite variance wherever the receiver lies, and their sum is exact whatever c is.
-//! It may depend on the vertex: c = β E_c (docs/methods.md (24)), with E_c about the illuminance there, since chains come often where it is bright
-//! and walks do better where it is not.
+//! K has no bound: 1/d² in corners. So chains score only min(K, c). The part that this cuts off, the near field, comes from walks that
+//! start at the receiver. They count what they meet with the share (1 − c/K)⁺ (docs/methods.md (22), (23)). Both parts have finite variance
+//! wherever the receiver lies, and their sum is exact whatever c is. The bound c may depend on the vertex: c = β E_c (docs/methods.md
+//! (24)), with E_c the approximate illuminance there. Chains often visit bright places, and walks do better in dark ones.
 
 use std::f64::consts::PI;
 
@@ -23,34 +22,34 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::scene::{Quantity, ReceiverSet};
 
-/// Branches of a line of sight below this share of it are followed by chance, once and for all: no sample draws them
-/// anew, so that they must be nothing to speak of.
+/// Branches of a line of sight below this share are followed by chance, once and for all. No sample draws them again, so they must be
+/// negligible.
 const FAINT_BRANCH: f64 = 1e-4;
 
-/// Walks follow the inverse of an entry's level, at most so many doublings or halvings away from the usual number.
+/// The number of walks is inverse to an entry's level, within this many doublings or halvings of the usual number.
 const MOST_DOUBLINGS: f64 = 2.0;
-/// Branches of a chain after its first arrival: where most light is lies near the luminaires, and a single packet seldom
-/// leaves from there for where a receiver is.
+/// Branches of a chain after its first arrival. Most light is near the luminaires, and a single packet seldom leaves from there towards a
+/// receiver.
 pub const BRANCHES: u32 = 4;
-/// Bounds for light reflected before are this many times higher for it: branches bring it more often.
+/// Factor on the bounds for light that was reflected before, since branches bring it more often.
 const BRANCHES_COUNT: f64 = 2.0;
-/// With more emitters the level of a place is taken for the same everywhere.
+/// With more emitters than this, the level is assumed to be the same everywhere.
 const MOST_EMITTERS: usize = 32;
-/// Direct levels reach this far above indirect ones: near a luminaire the kernel must still be bounded.
+/// Direct levels reach at most this factor above indirect ones: the kernel must stay bounded near a luminaire.
 const MOST_LEVELS: f64 = 1e3;
 
-/// What an anchor makes of light from a direction.
+/// Response of an anchor to light from a direction.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum PlaceResponse {
     /// The cosine.
     Plane,
     /// That of a small body.
     Body(SmallBody),
-    /// The cosine times π/ρ of the part of the BSDF that does not follow the lobe.
+    /// The cosine times π/ρ of the part of the BSDF outside the lobe.
     Gloss { triangle: u32, leaving: DVec3 },
 }
 
-/// A place at which vertices of chains score.
+/// A point at which vertices of chains score (an anchor).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ScorePlace {
     /// Entry of the map.
@@ -58,33 +57,33 @@ struct ScorePlace {
     point_m: DVec3,
     normal: DVec3,
     origin: Origin,
-    /// What a full response is worth: 1 for illuminances, what reaches the eye of each lx for luminance.
+    /// Value of a full response: 1 for illuminances; for luminance, the luminance at the eye for each lx.
     scale: f64,
     response: PlaceResponse,
 }
 
-/// All anchors of a receiver set, laid out for speed.
+/// All anchors of a receiver set, stored for fast access.
 #[derive(Serialize, Deserialize)]
 pub struct Anchors {
     list: Vec<ScorePlace>,
-    /// Anchors of every entry.
+    /// Range of anchors of every entry.
     of_entry: Vec<std::ops::Range<u32>>,
     sub_points: Vec<Vec<SubPoint>>,
     planes: bool,
-    /// About the indirect illuminance of what receivers see, in lx.
+    /// Approximate indirect illuminance of the surfaces that receivers see, in lx.
     indirect_level_lx: f64,
-    /// Corners of the box that holds all anchors, in m.
+    /// Corners of the bounding box of all anchors, in m.
     box_m: [DVec3; 2],
-    /// The normal that all planes share, if they do.
+    /// The common normal of all planes, if they have one.
     common_normal: Option<DVec3>,
     points: [Vec<f64>; 3],
     normals: [Vec<f64>; 3],
     scales: Vec<f64>,
-    /// About what every anchor receives, in units of the map.
+    /// Approximate level of every anchor itself, in units of the map.
     own_levels_lx: Vec<f64>,
-    /// Bound of an anchor over that of others: fewer walks, higher bound.
+    /// Ratio of an anchor's bound to the usual bound: with fewer walks the bound is higher.
     bound_factors: Vec<f64>,
-    /// Walks of every entry over those of the usual one: a power of 2.
+    /// Ratio of an entry's number of walks to the usual number: a power of 2.
     walk_rates: Vec<f64>,
 }
 
@@ -98,16 +97,16 @@ pub struct ChainVertex {
     point_m: DVec3,
     /// Share of the chain's flux that arrives.
     share: f64,
-    /// About the illuminance of the place in lx by light that has met as much as this, times how often chains meet it.
+    /// Approximate illuminance of the point in lx by light of the same kind (direct or reflected), times how often chains meet it.
     pub level_lx: f64,
 }
 
-/// How connections are made.
+/// Parameters of the connections.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Connecting {
-    /// Bound β of the kernel over the level, in 1/(m²·lx); infinite for the naive kernel.
+    /// Bound β of the kernel over the level, in 1/(m²·lx). Infinite for the naive kernel.
     pub bound: f64,
-    /// Scores for one lm below this share of the anchor's own level are left to chance, stratified; 0: none is.
+    /// Scores for one lm below this share of the anchor's own level are left to chance, stratified. 0: none is.
     pub threshold: f64,
 }
 
@@ -196,7 +195,7 @@ impl Anchors {
         }
     }
 
-    /// Sets what the level of indirect light is and what follows from it.
+    /// Sets the level of indirect light and the anchors' own levels, which follow from it.
     pub fn set_levels(&mut self, stage: &Stage, indirect_level_lx: f64) {
         self.indirect_level_lx = indirect_level_lx.max(f64::MIN_POSITIVE);
         let levels = self.list.iter().map(|anchor| {
@@ -206,8 +205,8 @@ impl Anchors {
         self.own_levels_lx = levels.collect();
     }
 
-    /// Gives dark entries more walks and bright ones fewer: chains come where it is bright, so that what they leave of the
-    /// relative error is the larger, the darker it is.
+    /// Gives dark entries more walks and bright ones fewer. Chains visit bright places, so they leave a larger relative error at darker
+    /// ones.
     pub fn set_walk_rates(&mut self) {
         let level = |entry: &std::ops::Range<u32>| {
             self.own_levels_lx[entry.start as usize..entry.end as usize].iter().sum::<f64>()
@@ -223,12 +222,12 @@ impl Anchors {
         }
     }
 
-    /// Walks of an entry over those of the usual one: a power of 2.
+    /// Ratio of an entry's number of walks to the usual number: a power of 2.
     pub fn walk_rate(&self, entry: usize) -> f64 {
         self.walk_rates[entry]
     }
 
-    /// Bound of an anchor over that of the usual one.
+    /// Ratio of an anchor's bound to the usual bound.
     pub fn bound_factor(&self, anchor: usize) -> f64 {
         self.bound_factors[anchor]
     }
@@ -243,18 +242,18 @@ impl Anchors {
         self.of_entry[entry].start as usize..self.of_entry[entry].end as usize
     }
 
-    /// What a full response of an anchor is worth.
+    /// Value of a full response of an anchor.
     pub fn scale(&self, anchor: usize) -> f64 {
         self.scales[anchor]
     }
 
-    /// Mean over the anchors of what a full response is worth.
+    /// Mean value of a full response over the anchors.
     pub fn mean_scale(&self) -> f64 {
         self.scales.iter().sum::<f64>() / self.scales.len().max(1) as f64
     }
 
-    /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
-    /// `share` is the share of the chain's flux that arrives.
+    /// Vertex for an arrival of a chain. `None` if the surface scatters nothing that connections could find. `share` is the share of the
+    /// chain's flux that arrives.
     pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
         let bsdf = stage.bsdf(arrival.hit.triangle);
         if bsdf.is_black() || bsdf.is_specular() {
@@ -271,7 +270,7 @@ impl Anchors {
         Some(ChainVertex { arrival: *arrival, normal, point_m, share, level_lx })
     }
 
-    /// Whether no anchor lies before a surface, or none faces it: nothing that it spreads comes to any.
+    /// Whether no anchor lies in front of a surface, or none faces it. Nothing that it scatters then reaches an anchor.
     fn is_out_of_reach(&self, point_m: DVec3, normal: DVec3) -> bool {
         let foremost_m = DVec3::select(normal.cmpgt(DVec3::ZERO), self.box_m[1], self.box_m[0]);
         let is_behind_all = || {
@@ -283,8 +282,8 @@ impl Anchors {
         (foremost_m - point_m).dot(normal) <= 0.0 || is_behind_all()
     }
 
-    /// About the illuminances of a place in lx, by luminaires and by reflections: any function of the place is right, a
-    /// good one saves work.
+    /// Approximate illuminances of a point in lx, by luminaires and by reflections. Any function of the point gives correct results; a good
+    /// one saves work.
     fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
         let emitters = stage.emitters.list();
         let branched_lx = BRANCHES_COUNT * self.indirect_level_lx;
@@ -295,7 +294,7 @@ impl Anchors {
         [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
     }
 
-    /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
+    /// Score of every anchor for one lm at a vertex without occlusion, with the kernel bounded.
     pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
         let bound_per_m2 = bound * vertex.level_lx;
         let bsdf = stage.bsdf(vertex.arrival.hit.triangle);
@@ -325,7 +324,7 @@ impl Anchors {
         }));
     }
 
-    /// For the pilot: the kernel of an anchor and a vertex in 1/m², and what the vertex spreads that way, in 1/sr.
+    /// For the pilot: the kernel of an anchor and a vertex in 1/m², and the share that the vertex scatters in that direction, in 1/sr.
     pub fn kernel_and_spread(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
         let anchor = &self.list[anchor];
         let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
@@ -335,7 +334,7 @@ impl Anchors {
         ]
     }
 
-    /// For the pilot: what comes through between an anchor and a vertex, 0 to 1.
+    /// For the pilot: transmittance between an anchor and a vertex, 0 to 1.
     pub fn transmittance(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> f64 {
         let anchor = &self.list[anchor];
         let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
@@ -343,7 +342,8 @@ impl Anchors {
         stage.transmittance(&anchor.origin, &stage.leave(&vertex.arrival.hit, lobe))
     }
 
-    /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
+    /// R(ω) cos θ′/d² of an anchor and a surface point with a normal, in 1/m². For surfaces that scatter to both sides, the side that faces
+    /// the anchor counts.
     fn kernel_per_m2(&self, stage: &Stage, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;
         let square = offset_m.length_squared();
@@ -352,11 +352,11 @@ impl Anchors {
         anchor.response.of(stage, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
     }
 
-    /// Lets a vertex score: `add(entry, score)` for one lm, what is seen of it; returns the rays.
+    /// Lets a vertex score: calls `add(entry, score)` for one lm with the visible part of each score. Returns the number of rays.
     ///
-    /// Scores above the threshold t, over the anchor's own level, count in full. The others are chosen in proportion, by
-    /// equal steps of t through their running sum, and then count t: each is unbiased, and as many rays are traced as
-    /// their sum holds t.
+    /// The threshold t applies to scores divided by the anchor's own level. Scores at or above t count in full. The others are chosen in
+    /// proportion, by equal steps of t through their running sum, and then count t. Each score is unbiased. The number of rays for them is
+    /// their sum divided by t.
     pub fn connect(
         &self,
         stage: &Stage,
@@ -395,8 +395,8 @@ impl Anchors {
         rays
     }
 
-    /// One unbiased sample of what connections leave out at an entry, and the rays it took: the near field beyond the
-    /// bound, lobes and mirrors.
+    /// One unbiased sample of what connections omit at an entry, and the number of rays: the near field beyond the bound, lobes and
+    /// mirrors.
     pub fn sample_rest(
         &self,
         stage: &Stage,
@@ -410,7 +410,7 @@ impl Anchors {
         let share_at = |anchor: &ScorePlace, point_m: DVec3, normal: DVec3| {
             let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
             if kernel_per_m2 <= 0.0 {
-                // A receiver in the plane of a surface: rounding lets walks meet that, and connections pass it by.
+                // A receiver in the plane of a surface: rounding lets walks meet the surface, and connections omit it.
                 return [1.0; 2];
             }
             self.levels_lx(stage, point_m, normal).map(|level_lx| {
@@ -448,7 +448,7 @@ impl Anchors {
 }
 
 impl PlaceResponse {
-    /// Response to light from a unit direction, 1 for a plane that faces it.
+    /// Response to light from a unit direction. It is 1 for a plane that faces it.
     fn of(&self, stage: &Stage, normal: DVec3, towards: DVec3) -> f64 {
         match self {
             PlaceResponse::Plane => normal.dot(towards).max(0.0),
@@ -462,7 +462,7 @@ impl PlaceResponse {
     }
 }
 
-/// The part of a vertex' BSDF that connections find, towards a unit direction.
+/// The part of a vertex' BSDF that connections find, towards a unit direction, in 1/sr.
 fn spread_per_sr(bsdf: &Bsdf, vertex: &ChainVertex, leaving: DVec3) -> f64 {
     let is_behind = leaving.dot(vertex.normal) < 0.0;
     match bsdf {

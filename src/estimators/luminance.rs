@@ -1,9 +1,9 @@
 //! The luminance that an eye sees in a direction.
 //!
-//! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). What is seen there is, order by
-//! order: luminaires on the line itself; their light scattered once, at r′; and what reaches r′ after reflections. The
-//! first two are the *direct* part: every luminaire is looked at from r′, and for a lobe the lobe's own ray looks too,
-//! both weighed by their densities. The rest is a walk from r′ (docs/methods.md (21)), drawn by the BSDF, which is reciprocal.
+//! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). Three kinds of light are seen there: luminaires
+//! on the line itself; their light scattered once, at r′; and light that reaches r′ after reflections. The first two are the *direct* part.
+//! Every luminaire is sampled from r′. For a lobe, the lobe's own ray also finds luminaires, and both are weighted by their densities. The
+//! third is a walk from r′ (docs/methods.md (21)), drawn by the BSDF, which is reciprocal.
 
 use std::f64::consts::PI;
 
@@ -21,8 +21,8 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 
-/// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
-/// and the rays it took; the receiver's normal is the direction of view.
+/// One unbiased sample of the luminance in cd/m² that an eye sees of luminaires and of their light reflected once, and the number of rays.
+/// The receiver's normal is the direction of view.
 pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
@@ -51,8 +51,8 @@ pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, s
     (sum_cd_m2, rays)
 }
 
-/// One unbiased sample of the luminance in cd/m² of light that was reflected at least once before the surface that an
-/// eye sees, and the rays it took.
+/// One unbiased sample of the luminance in cd/m² of light that was reflected at least once before it reaches the surface that an eye sees,
+/// and the number of rays.
 pub fn sample_interreflected_cd_m2(stage: &Stage, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
@@ -75,19 +75,19 @@ impl SubPoint {
         Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
     }
 
-    /// The place on the other side.
+    /// Start point of rays on the other side.
     pub fn behind(&self, stage: &Stage) -> Origin {
         stage.leave(&self.hit, LobeKind::SpreadThrough)
     }
 
-    /// The other side as a receiver.
+    /// The other side, as a receiver.
     pub fn receiver_behind<'a>(&self, behind: &'a Origin) -> Receiver<'a> {
         Receiver { point_m: self.point_m, normal: -self.normal, origin: behind }
     }
 
-    /// One walk from the sub-point: luminance in cd/m² of light that reaches it by reflections, and the rays it took.
-    /// What the first surface spreads towards it counts with a share that its place and normal give, and the way by which
-    /// the walk leaves the sub-point.
+    /// One walk from the sub-point: luminance in cd/m² of light that reaches it by reflections, and the number of rays. `share_of` weights
+    /// the light that the first surface spreads towards it. It gets the lobe by which the walk leaves the sub-point, and the first
+    /// surface's point and normal.
     pub fn sample_rest_cd_m2(
         &self,
         stage: &Stage,
@@ -112,7 +112,7 @@ impl SubPoint {
             sum_cd_m2 += through_cd_m2;
             rays += more_rays;
         }
-        // Light travels the other way: the BSDF is reciprocal.
+        // The walk runs against the light. The BSDF is reciprocal.
         let Some(scattered) = bsdf.sample(self.direction, self.normal, stream) else {
             return (sum_cd_m2, rays);
         };
@@ -131,7 +131,7 @@ impl SubPoint {
     }
 }
 
-/// Light of luminaires that a glossy sub-point sends to the eye: looks at luminaires, and a ray along the lobe.
+/// Light of luminaires that a glossy sub-point sends to the eye, from light samples and a ray along the lobe.
 fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
     let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
     let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(stage, end, responses, stream);
@@ -153,14 +153,15 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream)
     (sum_cd_m2, rays + ray_count)
 }
 
-/// Looks at each of so many luminaires in one pass, on average: beyond a few, as many looks at some chosen at random, uniformly, which
-/// is simple, and known for the ray.
+/// Mean number of light samples of each luminaire in one pass. Up to [`MOST_EACH`] luminaires get one each. Of more luminaires, that number
+/// is chosen uniformly at random: this is simple, and the ray knows the probability.
 fn looks_per_emitter(emitters: usize) -> f64 {
     emitters.min(MOST_EACH) as f64 / emitters as f64
 }
 
-/// One pass of looks at luminaires from a glossy sub-point: what they bring to the eye in cd/m², and the rays. Of the two responses in
-/// 1/sr the first counts in full, the second beside a ray along it, which counts [`share_of_ray`] of what it meets.
+/// One pass of light samples from a glossy sub-point: luminance that they give to the eye in cd/m², and the number of rays. The first of
+/// the two responses (in 1/sr) counts in full. The second is weighted against a ray along it, which counts [`share_of_ray`] of what it
+/// meets.
 pub fn looks_from_gloss_cd_m2(
     stage: &Stage,
     end: &SubPoint,
@@ -200,14 +201,14 @@ pub fn looks_from_gloss_cd_m2(
     (sum_cd_m2, rays)
 }
 
-/// Share of an area's light that a ray along the lobe counts where it meets that, beside a pass of looks.
+/// Share of an area's light that a ray along the lobe counts where it meets the area, beside a pass of light samples.
 pub fn share_of_ray(stage: &Stage, emitter: &Emitter, receiver: &Receiver, lobe_per_sr: f64) -> f64 {
     let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
     1.0 - look_share(emitter, lobe_per_sr, unshadowed_lx, looks_per_emitter(stage.emitters.list().len()))
 }
 
-/// Share of the lobe's light that looks count, the lobe's ray the rest: 1/(1 + z), z = fE/(nL), n looks at the emitter
-/// on average (docs/methods.md (15)). Points, which no ray meets, count by looks alone.
+/// Share of the lobe's light that light samples count; the lobe's ray counts the rest. It is 1/(1 + z), z = fE/(nL), with n light samples
+/// of the emitter on average (docs/methods.md (15)). Points, which no ray meets, count by light samples alone.
 fn look_share(emitter: &Emitter, lobe_per_sr: f64, unshadowed_lx: f64, looks_per_emitter: f64) -> f64 {
     let Some(exitance_lm_m2) = emitter.exitance_lm_m2() else {
         return 1.0;
@@ -217,8 +218,7 @@ fn look_share(emitter: &Emitter, lobe_per_sr: f64, unshadowed_lx: f64, looks_per
     if rayed + looked > 0.0 && unshadowed_lx > 0.0 { looked / (looked + rayed) } else { 0.0 }
 }
 
-/// The luminaires that a ray meets through panes alone, each with what the panes before it let pass, and the rays it
-/// took.
+/// The luminaires that a ray meets directly or through panes, each with the transmittance of the panes before it, and the number of rays.
 fn first_luminaires(stage: &Stage, from: &Origin, direction: DVec3) -> (Vec<(u32, f64)>, u64) {
     let mut origin = *from;
     let mut transmittance = 1.0;

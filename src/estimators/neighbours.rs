@@ -1,10 +1,10 @@
-//! Receivers that stand beside one another share what their walks meet first (Bekaert, Sbert and Halton, 2002, "Accelerating path tracing
+//! Neighbouring receivers share the surface points that their walks meet first (Bekaert, Sbert and Halton, 2002, "Accelerating path tracing
 //! by re-using paths").
 //!
-//! What leaves a diffuse place lights all neighbours that see it. So a walk's first place scores at each of them, for the price of a short ray,
-//! weighed by the densities with which their walks would have met it: see docs/methods.md (50). Light that reaches a receiver any other way,
-//! through panes, by mirrors and lobes, by sheets, is its own walk's alone. What near luminaires light is found by walks and by packets
-//! (docs/methods.md (42)): the spots of these are shared likewise, by (51).
+//! Light that leaves a diffuse point reaches all neighbours that see it. So a walk's first point scores at each of them, for the cost of a
+//! short ray. It is weighted by the densities with which their walks would have met it: see docs/methods.md (50). Light that reaches a
+//! receiver on any other path (through panes, by mirrors and lobes, by sheets) counts for its own walk only. Light of near luminaires is
+//! found by walks and by packets (docs/methods.md (42)). Their spots are shared in the same way, by (51).
 
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
@@ -24,14 +24,14 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
 
-/// How neighbours share what their walks meet first.
+/// How neighbours share the points that their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sharing {
-    /// Points that share it, at most; 1: none does.
+    /// Maximum number of points that share. 1: none does.
     pub neighbours: usize,
-    /// Whether they share only what goes beyond a level.
+    /// Whether they share only the excess over a level.
     pub is_levelled: bool,
-    /// Whether they share the spots of near luminaires too.
+    /// Whether they also share the spots of near luminaires.
     pub shares_spots: bool,
 }
 
@@ -50,18 +50,18 @@ pub struct Neighbour {
     body: Option<SmallBody>,
 }
 
-/// A diffuse place that a walk met first, or that a packet lights.
+/// A diffuse point that a walk met first, or that a packet lights.
 struct SharedPlace {
-    /// Whose walk or packet it was.
+    /// Number of the neighbour whose walk or packet it was.
     owner: usize,
-    /// Whether a walk met it.
+    /// Whether a walk met it; otherwise a packet did.
     is_met: bool,
     point_m: DVec3,
     normal: DVec3,
     origin: Origin,
-    /// What leaves it, in lm/m², but for the next.
+    /// Light that leaves the point, in lm/m², without `near_lm_m2`.
     leaving_lm_m2: f64,
-    /// What leaves it of a near luminaire's light, in lm/m²; packets of that arrive with this density in 1/m².
+    /// Light of a near luminaire that leaves the point, in lm/m². Its packets arrive with the density `lit_per_m2`, in 1/m².
     near_lm_m2: f64,
     lit_per_m2: f64,
 }
@@ -73,35 +73,35 @@ impl SharedPlace {
     }
 }
 
-/// A place as a receiver sees it.
+/// A surface point as a receiver sees it.
 #[derive(Clone, Copy, Default)]
 struct PlaceInView {
-    /// Illuminance in lx for each lm/m² that leaves a m² there.
+    /// Illuminance in lx for each lm/m² that leaves 1 m² there.
     received_per_m2: f64,
     /// Density in 1/m² of the receiver's walks there.
     met_per_m2: f64,
-    /// Whether a ray was traced to know it.
+    /// Whether a visibility ray was traced.
     is_traced: bool,
 }
 
-/// What walks of some neighbours have found. It keeps its room from one sample to the next.
+/// Results of the walks of some neighbours. It keeps its memory from one sample to the next.
 #[derive(Default)]
 pub struct SharedWalks {
     places: Vec<SharedPlace>,
-    /// Each place as all neighbours see it.
+    /// Each point as all neighbours see it.
     seen: Vec<PlaceInView>,
-    /// What each receiver found that is not shared, in lx.
+    /// Light that each receiver found and that is not shared, in lx.
     own_lx: Vec<f64>,
-    /// Walks of each that found a place to share; of half cylinders by their weights.
+    /// Number of walks of each receiver that found a point to share. For half cylinders, the sum of their weights.
     own_shared: Vec<f64>,
-    /// Walks of each.
+    /// Number of walks of each receiver.
     walks: u64,
     sharing: Sharing,
-    /// Rays of walks and packets.
+    /// Rays of the walks and packets of each receiver.
     rays: Vec<u64>,
 }
 
-/// Takes down the first place of a walk.
+/// Records the first point of a walk.
 #[derive(Default)]
 struct FirstPlace {
     place: Option<(DVec3, DVec3, Origin)>,
@@ -134,13 +134,13 @@ impl Neighbour {
         Neighbour { point_m, normal, origin, quantity, body: SmallBody::of(quantity) }
     }
 
-    /// Some points of a set.
+    /// The neighbours for some points of a set.
     pub fn group(stage: &Stage, set: &ReceiverSet, entries: &[u32]) -> Vec<Neighbour> {
         let points = entries.iter().map(|entry| &set.points[*entry as usize]);
         points.map(|point| Neighbour::new(stage, (point.position_m, point.normal), set.quantity)).collect()
     }
 
-    /// A place as it sees it if nothing is in the way; `None` where one does not face the other.
+    /// A surface point as the receiver sees it without occlusion. `None` if one does not face the other.
     fn facing(&self, place: &SharedPlace) -> Option<PlaceInView> {
         let offset_m = place.point_m - self.point_m;
         let square_m2 = offset_m.length_squared();
@@ -154,15 +154,15 @@ impl Neighbour {
             }
         };
         let seen = PlaceInView { received_per_m2: response * per_m2, met_per_m2: drawn * per_m2, is_traced: false };
-        // Not so where the points are the same, either.
+        // The result is also `None` if the two points coincide.
         (per_m2 > 0.0 && drawn > 0.0 && seen.met_per_m2.is_finite()).then_some(seen)
     }
 }
 
 impl SharedWalks {
-    /// Walks from all neighbours, so many from each; `seek` brings the stream to the numbers of a neighbour's walk. Returns the rays.
+    /// Takes `walks` walks from each neighbour. `seek` positions the stream for a walk of a neighbour. Returns the number of rays.
     ///
-    /// Places from which no light comes are kept for a level alone.
+    /// Points from which no light comes are kept only if a level is used.
     pub fn sample(
         &mut self,
         stage: &Stage,
@@ -191,7 +191,7 @@ impl SharedWalks {
         rays + self.seen.iter().filter(|seen| seen.is_traced).count() as u64
     }
 
-    /// One walk of a neighbour and, where luminaires are near, a packet.
+    /// One walk of a neighbour and, if luminaires are near, a packet.
     fn walk(&mut self, stage: &Stage, neighbours: &[Neighbour], owner: usize, cut: &mut Cut, stream: &mut Stream) {
         let neighbour = &neighbours[owner];
         let receiver = Receiver { point_m: neighbour.point_m, normal: neighbour.normal, origin: &neighbour.origin };
@@ -221,7 +221,7 @@ impl SharedWalks {
                     };
                     self.share(stage, neighbours, place)
                 });
-                // A sheet, or a place behind a pane.
+                // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || stage.has_panes()) {
                     let to = (plane.point_m, plane.normal);
                     let found = lights.seen_from(stage, &spot, to, plane.origin);
@@ -251,8 +251,8 @@ impl SharedWalks {
         self.rays[owner] += rays + walk_rays;
     }
 
-    /// Shares a place among all neighbours that see it; whether its owner does. One that its owner's walk met, by rounding alone, is not shared
-    /// then; to a packet it is all the same whose it is.
+    /// Shares a surface point among all neighbours that see it. Returns whether its owner shares it. A point that its owner's walk met only
+    /// by rounding is not shared. For a point lit by a packet, the owner makes no difference.
     fn share(&mut self, stage: &Stage, neighbours: &[Neighbour], place: SharedPlace) -> bool {
         let SharedPlace { owner, is_met, .. } = place;
         if place.is_dark() && !(is_met && self.sharing.is_levelled) {
@@ -276,11 +276,12 @@ impl SharedWalks {
         self.seen[first + owner].met_per_m2 > 0.0
     }
 
-    /// What each neighbour of a part of them has found in the mean of its walks, in lx, if these alone share: one unbiased sample of its
+    /// Returns for each neighbour in `part` the mean over its walks, in lx, if only these neighbours share: one unbiased sample of its
     /// indirect illuminance.
     ///
-    /// `level_lm_m2` is 0 or about what leaves a place in the mean, if places without light were kept: only what goes beyond it is shared, so
-    /// that chance of how many places of others count for a neighbour does not matter. It must not be known from these walks.
+    /// `level_lm_m2` is 0, or the approximate mean of the light that leaves a point if points without light were kept. Then only the excess
+    /// over it is shared, and the random number of shared points that count for a neighbour does not matter. The level must not come from
+    /// these walks.
     pub fn scores_lx(
         &self,
         stage: &Stage,
@@ -299,7 +300,7 @@ impl SharedWalks {
                 continue;
             }
             let (seen, owner) = (&seen[part.clone()], place.owner - part.start);
-            // By those that share it, beside other samples of the same light by their density.
+            // Shares the light among the sharers, weighted against other samples of the same light by their density.
             let mut share = |sharers: Range<usize>, lm_m2: f64, others_per_m2: f64| {
                 let met_per_m2 = walks * seen[sharers.clone()].iter().map(|seen| seen.met_per_m2).sum::<f64>();
                 if met_per_m2 > 0.0 {
@@ -320,14 +321,15 @@ impl SharedWalks {
         }
     }
 
-    /// Mean of what leaves the places that walks met, in lm/m², and how many of them were kept.
+    /// Mean light that leaves the points that walks met, in lm/m², and the number of these points that were kept.
     pub fn level_lm_m2(&self) -> (f64, f64) {
         let met = self.places.iter().filter(|place| place.is_met);
         let (sum, count) = met.fold((0.0, 0.0), |(sum, count), place| (sum + place.leaving_lm_m2, count + 1.0));
         (if count > 0.0 { sum / count } else { 0.0 }, count)
     }
 
-    /// Rays that walks of a part of the neighbours took, and those between places and neighbours of the part by this way of sharing.
+    /// Rays of the walks of a part of the neighbours, and visibility rays between points and neighbours of the part with this kind of
+    /// sharing.
     pub fn rays(&self, part: Range<usize>, sharing: Sharing) -> [u64; 2] {
         let of_walks = self.rays[part.clone()].iter().sum();
         let of_place = |(place, seen): (&SharedPlace, &[PlaceInView])| {
@@ -356,8 +358,8 @@ mod tests {
     const POINTS: usize = 8;
     const APART_M: f64 = 0.27;
 
-    /// A lamp at a height in a room of 2 m; where it is furnished, a block that hides much of it from half of the points, a pane, a
-    /// sheet and a mirror.
+    /// A lamp at a given height in a room of 2 m. If furnished, the room has a block that hides much of the lamp from half of the points, a
+    /// pane, a sheet and a mirror.
     fn room(reflectance: f64, lamp_m: f64, is_furnished: bool) -> Stage {
         let furniture = r#",
             { "name": "block", "type": "box", "min": [1.9,1,0], "max": [2.05,2,1.4], "material": "m" },
@@ -378,7 +380,7 @@ mod tests {
         stage_for_walks(&scene)
     }
 
-    /// Eight points in a row, some of which look elsewhere.
+    /// Eight points in a row, some of which face another direction.
     fn points(apart_m: f64) -> [(DVec3, DVec3); POINTS] {
         std::array::from_fn(|point| {
             let at_m = DVec3::new(1.0 + apart_m * point as f64, 1.6, 0.7);
@@ -387,7 +389,7 @@ mod tests {
         })
     }
 
-    /// Mean and variance at every point, and the mean over all with its variance, of so many samples taken together.
+    /// Mean and variance at every point, and the mean over all points with its variance, from `count` samples that are taken together.
     fn moments(count: u64, mut sample: impl FnMut(u64, &mut Vec<f64>)) -> ([[f64; 2]; POINTS], [f64; 2]) {
         let mut sums = [[0.0; 2]; POINTS + 1];
         let mut scores_lx = Vec::new();
@@ -429,9 +431,9 @@ mod tests {
         })
     }
 
-    /// Eight points beside a block share 2 × 3,000 walks by all ways, on planes, cylinders and half cylinders, with a lamp that lights from
-    /// near, a pane, a sheet and a mirror: each of 5 · 3 · 8 means is that of as many walks of its own, within 4.6 σ (α = 4e-6 each, seed
-    /// 3). Means over the points 5 % off are rejected.
+    /// Eight points beside a block share 2 × 3,000 walks, with all kinds of sharing, on planes, cylinders and half cylinders. The room has
+    /// a lamp near a surface, a pane, a sheet and a mirror. Each of 5 · 3 · 8 means equals that of as many separate walks, within 4.6 σ (α
+    /// = 4e-6 each, seed 3). Means over the points that are 5 % off are rejected.
     #[test]
     fn shared_walks_find_what_each_finds_alone() {
         let stage = room(0.6, 1.9, true);
@@ -470,8 +472,8 @@ mod tests {
         }
     }
 
-    /// In a white room eight neighbours that share what goes beyond a level scatter less than 0.16 as much as alone; without a level it
-    /// is more than 0.2, since the number of places that count is left to chance. 2 × 1,500 walks each, seed 3.
+    /// In a white room eight neighbours that share the excess over a level have less than 0.16 of the variance of separate walks. Without a
+    /// level it is more than 0.2, since the number of points that count is random. 2 × 1,500 walks each, seed 3.
     #[test]
     fn a_level_takes_out_the_chance_of_how_many_places_count() {
         let stage = room(0.9, 1.2, false);

@@ -1,4 +1,4 @@
-//! What receives light.
+//! Receivers of light.
 
 use glam::DVec3;
 
@@ -7,10 +7,10 @@ use crate::geometry::Origin;
 /// A point that receives light.
 #[derive(Clone, Copy)]
 pub struct Receiver<'a> {
-    /// Place in m.
+    /// Point in m.
     pub point_m: DVec3,
     /// Unit normal of the receiving side.
     pub normal: DVec3,
-    /// The same place for the tracer.
+    /// The same point for the tracer.
     pub origin: &'a Origin,
 }

@@ -1,5 +1,4 @@
-//! What a receiver makes of the light around it: illuminance on its own plane or on a small body, or the luminance that an eye
-//! sees.
+//! How a receiver evaluates the light around it: illuminance on its own plane or on a small body, or the luminance that an eye sees.
 
 use std::f64::consts::TAU;
 
@@ -17,11 +16,11 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
 
-/// Planes of one pass over direct light, evenly turned. The half cosine has no odd harmonic but the first, so that seven
-/// planes leave but its fourteenth: 1% of a single source on a cylinder, some 4% on half a one.
+/// Number of evenly turned planes in one pass over direct light. The half cosine has no odd harmonic except the first. So seven planes
+/// leave only the fourteenth harmonic as an error: 1% of a single source on a cylinder, about 4% on a half cylinder.
 const PLANES: u32 = 7;
 
-/// One unbiased sample of the direct part in lx (cd/m² for luminance), and the rays it took.
+/// One unbiased sample of the direct part in lx (cd/m² for luminance), and the number of rays.
 pub fn sample_direct_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -32,7 +31,7 @@ pub fn sample_direct_lx(
     let Some(body) = SmallBody::of(quantity) else {
         return match quantity {
             Quantity::Luminance => sample_seen_cd_m2(stage, receiver, pass, stream),
-            // What an observer sees of luminaires glares; it is no background.
+            // What an observer sees of luminaires is glare, not background.
             Quantity::Glare(_) => (0.0, 0),
             Quantity::Intensity { turned_about } => sample_intensity_cd(stage, receiver.normal, turned_about, stream),
             _ => pass.at_point(stage, receiver, stream),
@@ -51,7 +50,7 @@ pub fn sample_direct_lx(
     (sum_lx / f64::from(PLANES), rays)
 }
 
-/// Direct light at one place, for any number of samples.
+/// Direct light at one point, for any number of samples.
 pub struct DirectSampler<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
@@ -62,8 +61,8 @@ pub struct DirectSampler<'a> {
 }
 
 impl<'a> DirectSampler<'a> {
-    /// The control variate of a place, by about so many light samples (L of docs/methods.md, section 2); none for the turned planes of a
-    /// cylinder, and for what eyes see.
+    /// The control variate of a point, from about `survey_samples` light samples (L of docs/methods.md, section 2). It is empty for all
+    /// quantities but the illuminance on the receiver's own plane.
     pub fn expect(
         stage: &Stage,
         quantity: Quantity,
@@ -77,7 +76,7 @@ impl<'a> DirectSampler<'a> {
         }
     }
 
-    /// Makes ready, with the place's control variate.
+    /// Prepares the sampling with the point's control variate.
     pub fn new(
         stage: &'a Stage,
         quantity: Quantity,
@@ -88,7 +87,7 @@ impl<'a> DirectSampler<'a> {
         DirectSampler { quantity, receiver: *receiver, stage, pass, control_variate, views: Views::default() }
     }
 
-    /// One unbiased sample of the direct part in lx, and the rays it took.
+    /// One unbiased sample of the direct part in lx, and the number of rays.
     pub fn sample(&mut self, stream: &mut Stream) -> (f64, u64) {
         if self.quantity == Quantity::Perpendicular {
             return self.control_variate.sample(self.stage, &self.receiver, &mut self.views, stream);
@@ -97,7 +96,7 @@ impl<'a> DirectSampler<'a> {
     }
 }
 
-/// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the rays it took.
+/// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the number of rays.
 pub fn sample_reflected_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -113,7 +112,7 @@ pub fn sample_reflected_lx(
     (weight * lx, rays)
 }
 
-/// The same for illuminances and a part of the light: see [`sample_share_lx`].
+/// One unbiased sample of a part of the indirect illuminance: see [`sample_share_lx`]. Not for luminance.
 pub fn sample_share_of_reflected_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -127,7 +126,7 @@ pub fn sample_share_of_reflected_lx(
     (weight * lx, rays)
 }
 
-/// The plane on which one sample of indirect light is taken, and the sample's weight.
+/// The plane on which one sample of indirect light is taken, and the weight of the sample.
 pub fn one_plane<'a>(quantity: Quantity, receiver: &Receiver<'a>, stream: &mut Stream) -> (Receiver<'a>, f64) {
     let Some(body) = SmallBody::of(quantity) else {
         return (*receiver, 1.0);

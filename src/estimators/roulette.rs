@@ -1,9 +1,10 @@
-//! How much walks leave to chance in a scene: by a pilot of walks from its receivers, or from its elements where it has none.
+//! Finds how much walks leave to chance in a scene. A pilot takes walks from the receivers, or from the elements if there are no receivers.
 //!
-//! A walk of variance V and C rays reaches an error with work V C. That it goes on from a vertex with weight w and chance p costs p c of C and
-//! adds w² M/p to V, M the second moment of what the rest of a walk finds, c its rays: so p = w √(M C/(V c)) is best, or 1 where that is
-//! more (Bolin and Meyer, 1997, "An error metric for Monte Carlo ray tracing"; docs/methods.md (48)). How often walks look back from what near
-//! luminaires light is found by what each chance would cost (docs/methods.md (49)).
+//! A walk of variance V and C rays reaches an error with work V C. Suppose it continues from a vertex with weight w and probability p. This
+//! costs p c of C and adds w² M/p to V. Here M is the second moment of what the rest of a walk finds, and c is its number of rays. So p = w
+//! √(M C/(V c)) is best, or 1 if that is greater (Bolin and Meyer, 1997, "An error metric for Monte Carlo ray tracing"; docs/methods.md
+//! (48)). The probability of a light-path connection to near luminaires (looking back) follows from what each candidate would cost
+//! (docs/methods.md (49)).
 
 use glam::DVec3;
 
@@ -17,27 +18,27 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
 
-/// Places that walks of the pilot start from, at most; walks of all of them, and the fewest at each.
+/// Maximum number of points from which walks of the pilot start; walks of all points together, and the fewest at each point.
 const MOST_PLACES: usize = 256;
 const WALKS: usize = 1024;
 const LEAST_WALKS: usize = 4;
-/// Rays after which it ends, if it has so many walks: in nearly white rooms each takes thousands.
+/// Rays after which the pilot ends, if it has taken the fewest walks: in nearly white rooms each walk takes thousands.
 const ENOUGH_RAYS: u64 = 50_000;
 const FEWEST_WALKS: usize = 64;
-/// Surfaces that a walk meets at most: in a white place it would go on for long.
+/// Maximum number of surfaces that a walk meets. In a white space it would continue for long.
 const MOST_SURFACES: u32 = 1000;
-/// Chances of looking back that are weighed; with smaller ones scores get rare and large. (One chance where walks start and one at later
-/// vertices took as much work in the mean of twelve rooms, in two of them 1.4 times as much.)
+/// Candidate probabilities of a light-path connection (looking back). With smaller ones, scores get rare and large. (One probability at the
+/// start of walks and another at later vertices took as much work in the mean of twelve rooms, and in two of them 1.4 times as much.)
 const CHANCES: [f64; 3] = [1.0, 0.5, 0.25];
-/// So many times smaller is the variance of a run's walks, which are quasi-random, than that of the pilot's, about. (Measured by what other
-/// chances of looking back cost in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle; where it is too low, rare scores get large.)
+/// Approximate ratio of the pilot's variance to the variance of a run's walks, which are quasi-random. (Measured by the cost of other
+/// probabilities of looking back in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle. If it is too low, rare scores get large.)
 const QUASI_RANDOM_GAIN: f64 = 2.5;
-/// The least safe weight: variances of few walks may be anything.
+/// Least safe weight. Variances from few walks may be far off.
 const LEAST_SAFE_WEIGHT: f64 = 0.05;
-/// What this finds out enters no result but by way of chances: it is the same for all seeds.
+/// The pilot affects results only through probabilities, so its random numbers are the same for all seeds.
 const SEED: u64 = 0x52_4F55;
 
-/// A scene made ready for walks: [`Stage::new`], and what walks leave to chance there.
+/// Prepares a scene for walks: [`Stage::new`], and what walks leave to chance there.
 pub fn stage_for_walks(scene: &Scene) -> Stage {
     let mut stage = Stage::new(scene);
     if stage.reflects() {
@@ -46,7 +47,7 @@ pub fn stage_for_walks(scene: &Scene) -> Stage {
     stage
 }
 
-/// Where the walks start that matter: points of receivers spread over all sets, or the middle of elements; in m, with their normals.
+/// Start points of the walks that matter: points of receivers spread over all sets, or the middle of elements; in m, with their normals.
 fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
     let sets = scene.receivers.iter().filter(|set| set.intensity_table().is_none());
     let points = sets.flat_map(|set| set.points.iter()).filter(|point| !point.inside);
@@ -63,7 +64,7 @@ fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
     (0..stage.elements.len()).step_by(stride(stage.elements.len())).map(middle).collect()
 }
 
-/// What walks from these places find.
+/// Takes pilot walks from these points.
 fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
     let walks = (WALKS / places.len().max(1)).max(LEAST_WALKS);
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
@@ -94,23 +95,23 @@ fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
     seen
 }
 
-/// What the walks of the pilot found, summed up.
+/// Sums over the walks of the pilot.
 #[derive(Default)]
 struct Moments {
     walks: usize,
     rays: u64,
-    /// Variance of a walk about the mean of its place, in lx².
+    /// Variance of a walk about the mean of its point, in lx², summed over the walks.
     variance: f64,
-    /// The squares, in lx², and rays of what came after the first surface from which a walk went on, were its weight 1 there.
+    /// Square, in lx², and rays of the rest of each walk after the first surface from which it continued, scaled to a weight of 1 there.
     rest: f64,
     rest_rays: u64,
-    /// Surfaces that walks met, and the weights with which they went on, each with the first.
+    /// Surfaces that walks met, and sum of the weights with which they continued. Each includes 1 for the first surface.
     goes_on: [f64; 2],
-    /// Whether one of them was cut, so that the squares tell nothing.
+    /// Whether one of the walks was cut off, so that the squares give no information.
     is_cut: bool,
-    /// Rays of looking back.
+    /// Rays of the light-path connections (looking back).
     back_rays: u64,
-    /// What each chance of looking back adds to the variance.
+    /// Variance that each candidate probability of looking back adds.
     added: [f64; CHANCES.len()],
 }
 
@@ -128,12 +129,12 @@ impl Moments {
         }
     }
 
-    /// Variance of the walks that a run will take, in lx², all added up.
+    /// Variance of the walks that a run will take, in lx², summed over the walks.
     fn run_variance(&self) -> f64 {
         self.variance / QUASI_RANDOM_GAIN
     }
 
-    /// What serves the walks of a run best.
+    /// The best settings for the walks of a run.
     fn roulette(&self) -> Roulette {
         Roulette {
             safe_weight: self.safe_weight(),
@@ -143,7 +144,7 @@ impl Moments {
         }
     }
 
-    /// The weight √(V c/(M C)) from which on walks go on in any case.
+    /// The weight √(V c/(M C)) from which on walks always continue.
     fn safe_weight(&self) -> f64 {
         let [of_walk, of_rest] = [self.run_variance() / self.rays as f64, self.rest / self.rest_rays as f64];
         let best = (of_walk / of_rest).sqrt();
@@ -154,7 +155,7 @@ impl Moments {
         }
     }
 
-    /// The chance of looking back with the least work.
+    /// The probability of looking back with the least work.
     fn look_back_chance(&self) -> f64 {
         let work = |number: usize| {
             let saved_rays = (1.0 - CHANCES[number]) * self.back_rays as f64;
@@ -165,23 +166,24 @@ impl Moments {
     }
 }
 
-/// Listens to a walk of the pilot.
+/// Observes a walk of the pilot.
 #[derive(Default)]
 struct Watch {
-    /// Weight with which the walk went on from its first diffuse surface, what it had found by then in lx, and its rays.
+    /// Weight with which the walk continued from its first diffuse surface, light found before in lx, and rays traced before.
     first: Option<(f64, f64, u64)>,
-    /// Rays of looking back from the receiver itself.
+    /// Rays of the light-path connection from the receiver itself.
     rays_at_receiver: Option<u64>,
     back_rays: u64,
     added: [f64; CHANCES.len()],
-    /// How often it went on from a diffuse surface, and the weights with which it did.
+    /// How often the walk continued from a diffuse surface, and the sum of its weights there.
     goes_on: [f64; 2],
-    /// Diffuse surfaces that it has met.
+    /// Diffuse surfaces that the walk has met.
     surfaces: u32,
 }
 
 impl Watch {
-    /// What each chance of looking back adds to the second moment, docs/methods.md (49), by one look: f is lx (K + E/Φ), its density E/Φ.
+    /// Adds, for one connection, what each probability of looking back adds to the second moment, docs/methods.md (49). Here f is lx (K +
+    /// E/Φ) and its density is E/Φ.
     fn weigh(&mut self, weight: f64, found: &LookBack) {
         self.rays_at_receiver.get_or_insert(found.rays);
         self.back_rays += found.rays;
@@ -228,7 +230,7 @@ mod tests {
     const SIZE_M: [f64; 3] = [4.0, 3.0, 2.0];
     const LM: f64 = 1000.0;
 
-    /// A room of one reflectance with a lamp so far below its ceiling.
+    /// A room of one reflectance with a lamp `below_m` below its ceiling.
     fn room(reflectance: f64, below_m: f64) -> Scene {
         let height_m = SIZE_M[2] - below_m;
         let text = format!(
@@ -245,7 +247,7 @@ mod tests {
         2.0 * (x * y + y * z + z * x)
     }
 
-    /// A point anywhere on the sides, evenly spread, and the normal of its side.
+    /// A uniformly distributed point on the sides, and the normal of its side.
     fn anywhere(stream: &mut Stream) -> (DVec3, DVec3) {
         let [x, y, z] = SIZE_M;
         let mut aim = stream.unit() * area_m2() / 2.0;
@@ -263,7 +265,7 @@ mod tests {
         (point, normal)
     }
 
-    /// Mean, variance and rays of so many walks from anywhere.
+    /// Mean, variance and rays of `count` walks that start anywhere.
     fn walks(stage: &Stage, count: u64, seed: u64) -> [f64; 3] {
         let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
         let mut cut = Cut::default();
@@ -282,8 +284,8 @@ mod tests {
         [mean, squares / count as f64 - mean * mean, rays as f64 / count as f64]
     }
 
-    /// Whatever is left to chance, the mean over all sides of a closed room of one reflectance is Φ ρ/(A (1 − ρ)): two rooms, four roulettes,
-    /// 40,000 walks each, α = 1e-5 each (4.4 σ), seed 7. Means that are 3% off are rejected.
+    /// Whatever is left to chance, the mean over all sides of a closed room of one reflectance is Φ ρ/(A (1 − ρ)). Two rooms, four
+    /// roulettes, 40,000 walks each, α = 1e-5 each (4.4 σ), seed 7. Means that are 3% off are rejected.
     #[test]
     fn no_mean_moves() {
         for (reflectance, below_m) in [(0.5, 0.1), (0.8, 0.3)] {
@@ -304,7 +306,8 @@ mod tests {
         }
     }
 
-    /// What a chance of looking back adds to the variance is what the pilot says by walks that always look back, to 30%: 200,000 walks, seed 3.
+    /// The pilot predicts, from walks that always look back, the variance that a lower probability of looking back adds, to 30%: 200,000
+    /// walks, seed 3.
     #[test]
     fn the_pilot_foretells_what_looking_back_less_often_costs() {
         let scene = room(0.6, 0.15);
@@ -331,7 +334,7 @@ mod tests {
         }
     }
 
-    /// Work V C of walks by what the pilot found, beside that of walks that end at every surface by its reflectance and always look back:
+    /// Work V C of walks with the pilot's settings, compared with walks that end at every surface by its reflectance and always look back:
     /// 40,000 walks, seed 5.
     #[test]
     fn walks_take_less_work() {

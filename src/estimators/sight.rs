@@ -1,5 +1,4 @@
-//! Lines of sight: what an eye sees along a direction, through panes and by way of mirrors, up to the surface that
-//! scatters.
+//! Lines of sight: what an eye sees along a direction, through panes and by way of mirrors, up to the surface that scatters.
 
 use std::f64::consts::PI;
 
@@ -11,45 +10,45 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, mirrored};
 
-/// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
+/// A branch of a line of sight (reflected or transmitted by a pane) that carries less than this share continues only by chance.
 pub const SMALL_SHARE: f64 = 0.1;
-/// The same where luminaires themselves are looked for: a bright one in a pane outshines all else of a picture, and whether it is there
-/// must not be left to chance.
+/// The same limit for lines of sight that search for luminaires themselves. A bright luminaire in a pane outshines all else in a picture,
+/// so its presence must not depend on chance.
 pub const SMALL_SHARE_OF_LUMINAIRES: f64 = 0.01;
-/// A line of sight that has met so many mirrors and panes goes on by chance only, whatever it carries: between two mirrors that
-/// face each other and absorb nothing it would never end.
+/// A line of sight that has met more than this number of mirrors and panes continues only by chance, whatever it carries. Between two
+/// facing mirrors that absorb nothing it would never end.
 pub const MANY_MIRRORS: u32 = 1000;
-/// An opening may lie this many times the tracer's accuracy behind a surface and still be seen: it is mounted on it.
+/// An opening may lie this many times the tracer's accuracy behind a surface and still be seen, since it is mounted on that surface.
 const MOUNTING: f64 = 8.0;
 
 /// The surface at which a line of sight ends: the sub-point.
 #[derive(Serialize, Deserialize)]
 pub struct SubPoint {
-    /// Where.
+    /// The hit point.
     pub hit: SurfaceHit,
     /// Direction in which the line of sight arrives.
     pub direction: DVec3,
     /// Unit normal of the side that is seen.
     pub normal: DVec3,
-    /// The place for the tracer, on that side.
+    /// The point for the tracer, on that side.
     pub origin: Origin,
-    /// The place in m.
+    /// The point in m.
     pub point_m: DVec3,
-    /// Share of its luminance that gets to the eye.
+    /// Share of its luminance that reaches the eye.
     pub share: f64,
 }
 
 /// A luminaire on a line of sight.
 pub struct SeenLuminaire {
-    /// Luminance in cd/m², with what panes and mirrors let pass.
+    /// Luminance in cd/m², reduced by the panes and mirrors on the way.
     pub luminance_cd_m2: f64,
-    /// Its number, if rays can meet it: none of a luminous opening, of the sky and the sun.
+    /// Number of the emitter, if rays can meet it. `None` for a luminous opening, the sky and the sun.
     pub emitter: Option<u32>,
-    /// Whether no mirror is on the way.
+    /// Whether there is no mirror on the way.
     pub is_straight: bool,
 }
 
-/// What is on a line of sight.
+/// Object on a line of sight.
 pub enum Seen {
     /// A luminaire.
     Luminaire(SeenLuminaire),
@@ -57,10 +56,10 @@ pub enum Seen {
     Surface(SubPoint),
 }
 
-/// Follows a line of sight and shows what is on it; returns the number of rays.
+/// Follows a line of sight and passes what is on it to `show`. Returns the number of rays.
 ///
-/// At panes it goes both ways, weighed by their shares. Branches below a small share go on by chance, with a weight that
-/// makes up for it.
+/// At panes it follows both branches, weighted by their shares. Branches below a small share continue by chance, with a weight that
+/// compensates for this.
 pub fn look_along(
     stage: &Stage,
     eye: &Origin,

@@ -1,10 +1,10 @@
-//! Illuminance on small bodies, which light reaches from all around: what light from a direction counts, and planes whose
-//! illuminances make it up.
+//! Illuminance on small bodies, which light reaches from all sides: the response to light from a direction, and the planes whose
+//! illuminances add up to it.
 //!
-//! Cylindrical illuminance is the mean of the illuminances on all upright planes, E_z = 1/2π ∫ E_v(φ) dφ. So a plane
-//! turned at random gives an unbiased sample of it. Semi-cylindrical illuminance weighs the same planes,
-//! E_sc = 1/2π ∫ (1 + 4/π cos φ) E_v(φ) dφ with φ from the direction that it faces: the half cosine with which a plane
-//! receives has the harmonics 1/π and ½, so that light from azimuth α at ε from the vertical counts (1 + cos α) sin ε/π.
+//! Cylindrical illuminance is the mean of the illuminances on all upright planes, E_z = 1/2π ∫ E_v(φ) dφ. So a plane turned at random gives
+//! an unbiased sample of it. Semi-cylindrical illuminance weights the same planes, E_sc = 1/2π ∫ (1 + 4/π cos φ) E_v(φ) dφ, with φ from the
+//! direction that the body faces. The half cosine of a receiving plane has the harmonics 1/π and ½. So light from azimuth α at ε from the
+//! vertical counts (1 + cos α) sin ε/π.
 
 use std::f64::consts::PI;
 
@@ -13,17 +13,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::Quantity;
 
-/// A small body whose illuminance is asked for.
+/// A small body whose illuminance is calculated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SmallBody {
-    /// The mantle of an upright cylinder.
+    /// The lateral surface of an upright cylinder.
     Cylinder,
-    /// The curved face of half of one, which looks to a horizontal unit vector.
+    /// The curved face of a half cylinder, which faces a horizontal unit vector.
     HalfCylinder(DVec3),
 }
 
 impl SmallBody {
-    /// The body that a quantity asks for; `None` for planes and what is no illuminance.
+    /// The body of a quantity. `None` for planes and for quantities other than illuminance.
     pub fn of(quantity: Quantity) -> Option<SmallBody> {
         match quantity {
             Quantity::Cylindrical => Some(SmallBody::Cylinder),
@@ -32,7 +32,7 @@ impl SmallBody {
         }
     }
 
-    /// What light of 1 lx across its own direction counts that comes from a unit direction.
+    /// Illuminance of the body in lx for light from a unit direction that gives 1 lx on a plane perpendicular to it.
     pub fn response(self, towards: DVec3) -> f64 {
         let sine = (towards.x * towards.x + towards.y * towards.y).sqrt();
         match self {
@@ -41,7 +41,8 @@ impl SmallBody {
         }
     }
 
-    /// The normal of a plane turned by an angle, and its weight: the mean over all turns, weight by illuminance, is the body's.
+    /// The normal of a plane turned by an angle, and its weight. The mean over all turns of weight times illuminance is the body's
+    /// illuminance.
     pub fn turned_plane(self, turn: f64) -> (DVec3, f64) {
         let (sine, cosine) = turn.sin_cos();
         let plane = |front: DVec3| cosine * front + sine * DVec3::Z.cross(front);
@@ -58,8 +59,8 @@ mod tests {
 
     use super::*;
 
-    /// Light from azimuth α at ε from the vertical gives 1/π sin ε on a cylinder, (1 + cos α)/π sin ε on half a one: by planes and by
-    /// the response. Each body is refused the other's value.
+    /// Light from azimuth α at ε from the vertical gives 1/π sin ε on a cylinder and (1 + cos α)/π sin ε on a half cylinder. Planes and
+    /// response both give these values. The value of the other body is rejected for each.
     #[test]
     fn the_weighted_planes_make_up_the_response_of_every_body() {
         const STEPS: u32 = 20_000;

@@ -1,4 +1,4 @@
-//! Where many suns shine: one place looks for all of them.
+//! Light of many suns at once: one surface point is tested for all of them.
 
 use glam::DVec3;
 
@@ -10,29 +10,30 @@ use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::uniform_cone;
 use crate::scene::{Openings, Scene, body_of};
 
-/// Panes that a ray to the sun passes at most.
+/// Maximum number of panes that a ray to the sun passes.
 const MOST_PANES: u32 = 1000;
-/// A triangle hides a sun for certain where the ray crosses it this far within its edges, as weights of its corners.
+/// A triangle certainly hides a sun if the ray crosses it this far within its edges, as weights of its corners.
 const WITHIN_EDGES: f64 = 1e-4;
 
-/// A direction so far beyond the rim of a cone, in radians, may be in it.
+/// A direction up to this angle beyond the rim of a cone, in radians, may be in it.
 const ROUNDING: f64 = 1e-9;
 
-/// Suns of 1 lx across their rays, by their directions.
+/// Suns that each give 1 lx perpendicular to their rays, by their directions.
 #[derive(Clone, Debug)]
 pub struct Suns {
-    /// Unit directions of their middles.
+    /// Unit directions of their centres.
     pub towards: Vec<DVec3>,
-    /// Sine of half the angle that their disks span, and one less its cosine.
+    /// Sine of half the angle that their disks subtend, and one minus its cosine.
     pub disk: [f64; 2],
 }
 
 impl Suns {
-    /// Shows each sun that brings light to a place, by its number, with the illuminance in lx of one point of its disk standing for all of it; returns
-    /// the rays.
+    /// Passes each sun that lights a point to `found`, by its number, with the illuminance in lx. One point of its disk represents the
+    /// whole disk. Returns the number of rays.
     ///
-    /// A point of the disk is drawn evenly over its solid angle; the ground hides what is below the horizon. Suns come in the order of time, so that what
-    /// hides one mostly hides the next: that triangle is asked first, without a ray. `openings`: nothing else lets light in.
+    /// The point of the disk is drawn uniformly over its solid angle. The ground hides what is below the horizon. Suns come in order of
+    /// time, so the triangle that hides one sun mostly hides the next. It is tested first, without a ray. With `openings`, light enters
+    /// only through them.
     pub fn look_for_all(
         &self,
         around: (&Scene, &Stage),
@@ -44,7 +45,7 @@ impl Suns {
         self.look_for(0..self.towards.len(), around, place, (openings, stream), found)
     }
 
-    /// The same for some of them, by their numbers.
+    /// The same for some of the suns, by their numbers.
     pub fn look_for(
         &self,
         which: impl Iterator<Item = usize>,
@@ -86,7 +87,7 @@ impl Suns {
     }
 }
 
-/// Share of the light that gets out of the scene from a place, what hides the rest, and the rays.
+/// Share of the light that leaves the scene from a point, the triangle that hides the rest, and the number of rays.
 pub fn way_out(stage: &Stage, from: &Origin, towards: DVec3) -> (f64, Option<u32>, u64) {
     let mut here = *from;
     let mut passed = 1.0;
@@ -113,7 +114,7 @@ fn hides([a, b, c]: [DVec3; 3], from_m: DVec3, towards: DVec3) -> bool {
     let volume = to_b.dot(across);
     let offset = from_m - a;
     let around = offset.cross(to_b);
-    // Weights of the second and third corner, and the way to there, each times the volume.
+    // Weights of the second and third corner, and the distance to the crossing, each times the volume.
     let scale = volume.signum();
     let (second, third) = (scale * offset.dot(across), scale * towards.dot(around));
     let size = volume.abs();
@@ -121,7 +122,7 @@ fn hides([a, b, c]: [DVec3; 3], from_m: DVec3, towards: DVec3) -> bool {
     second > least && third > least && second + third < size - least && scale * to_c.dot(around) > WITHIN_EDGES * size
 }
 
-/// The planes through a place and the edges of each opening, with their normals inward.
+/// The planes through a point and the edges of each opening, with their normals inward.
 fn cones_of(openings: &Openings, point_m: DVec3) -> Vec<[DVec3; 3]> {
     let cone = |corners_m: &[DVec3; 3]| {
         let [a, b, c] = corners_m.map(|corner_m| corner_m - point_m);
@@ -131,7 +132,7 @@ fn cones_of(openings: &Openings, point_m: DVec3) -> Vec<[DVec3; 3]> {
     openings.fronts_m.iter().map(cone).collect()
 }
 
-/// Whether a direction lies in a cone, its rim and a rounding beyond it included.
+/// Whether a direction lies in a cone. Its rim and a rounding error beyond it are included.
 #[inline]
 fn holds(cone: &[DVec3; 3], towards: DVec3) -> bool {
     cone.iter().all(|normal| normal.dot(towards) >= -ROUNDING)

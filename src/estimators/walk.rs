@@ -1,15 +1,14 @@
-//! Walks from a receiver back towards the luminaires: the simplest unbiased estimator of indirect illuminance with
-//! finite variance.
+//! Walks from a receiver back towards the luminaires: the simplest unbiased estimator of indirect illuminance with finite variance.
 //!
-//! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω: a direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to
-//! score: so docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on,
-//! its weight times ρ, and by roulette where that has become small: see [`crate::chain::Roulette`].
-//! No score ever holds a 1/r² of two surfaces, so corners are harmless.
+//! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω. A direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to score, so
+//! docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′. For the indirect part the walk continues
+//! with its weight times ρ, and by roulette if the weight has become small: see [`crate::chain::Roulette`]. No score contains a 1/r² of two
+//! surfaces, so corners are harmless.
 //!
-//! At every vertex that scatters, one look finds the luminaires in sight, and another those in flat mirrors. What looks cannot
-//! find, the walk's own ray does: luminaires that it meets by way of curved mirrors, and, for the lobe of a glossy surface, those that it meets
-//! straight on; there the two are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
-//! techniques for Monte Carlo rendering"), so that every path counts once.
+//! At every vertex that scatters, one light sample finds the visible luminaires, and another sample finds those in flat mirrors. The walk's
+//! own ray finds the rest: luminaires that it meets by way of curved mirrors, and, for the lobe of a glossy surface, luminaires that it
+//! meets directly. There light sample and ray are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
+//! techniques for Monte Carlo rendering"), so every path counts once.
 
 mod vertex;
 
@@ -29,7 +28,7 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
 
-/// No cache: walks go on until they are absorbed or leave.
+/// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
 
 impl Cache for Blank {
@@ -39,13 +38,13 @@ impl Cache for Blank {
     }
 }
 
-/// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
+/// One unbiased sample of the indirect illuminance at a receiver in lx, and the number of rays.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     walk_indirect_lx(stage, receiver, &mut Blank, cut, stream)
 }
 
-/// One sample of the indirect illuminance at a receiver in lx, and the rays it took: the walk ends at the first diffuse
-/// surface whose indirect light the cache knows, and is as right as the cache.
+/// One sample of the indirect illuminance at a receiver in lx, and the number of rays. The walk ends at the first diffuse surface whose
+/// indirect light the cache supplies. The sample is as accurate as the cache.
 pub fn walk_indirect_lx(
     stage: &Stage,
     receiver: &Receiver,
@@ -58,7 +57,8 @@ pub fn walk_indirect_lx(
     (looked_lx + arriving_lx, rays)
 }
 
-/// What looks find from the receiver, and what arrives along the direction that two variates in [0, 1) make, in lx; with the rays.
+/// Returns two parts in lx and the number of rays: what samples taken at the receiver find, and what arrives along the direction given by
+/// two variates in [0, 1).
 #[inline]
 pub fn walk_parts_lx(
     stage: &Stage,
@@ -74,7 +74,8 @@ pub fn walk_parts_lx(
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
 
-/// What arrives along the direction from a receiver that two variates make, in lx, without what looks from the receiver find; with the rays.
+/// Illuminance in lx that arrives along the direction given by two variates, without what samples taken at the receiver find; and the
+/// number of rays.
 #[inline]
 pub fn arriving_lx(
     stage: &Stage,
@@ -94,9 +95,9 @@ pub fn arriving_lx(
     follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
-/// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
-/// spreads to the receiver counts with shares that its place (in m) and the unit normal of its lit side give, one for
-/// light straight from luminaires and one for light reflected before; what comes by a lobe or a mirror counts in full.
+/// One unbiased sample of a part of the indirect illuminance, and the number of rays. `share_of` weights the light that the first
+/// scattering surface spreads to the receiver. It gets the surface point (in m) and the unit normal of its lit side. It returns one share
+/// for light directly from luminaires and one for light reflected before. Light from a lobe or a mirror counts in full.
 pub fn sample_share_lx(
     stage: &Stage,
     receiver: &Receiver,
@@ -112,8 +113,8 @@ pub fn sample_share_lx(
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
 
-/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took:
-/// the illuminance of a surface that sees nothing else. Points in mirrors that stand there are not in it.
+/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the number of rays. It equals the
+/// illuminance of a surface that sees this luminance everywhere. Points in mirrors along the direction are not included.
 pub fn sample_arriving_lx(
     stage: &Stage,
     origin: Origin,
@@ -124,7 +125,7 @@ pub fn sample_arriving_lx(
     walk_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
 }
 
-/// The same where a cache knows what comes after diffuse surfaces, or counts it by itself.
+/// The same with a cache, which supplies what comes after diffuse surfaces or counts it by itself.
 pub fn walk_arriving_lx(
     stage: &Stage,
     origin: Origin,
@@ -137,7 +138,8 @@ pub fn walk_arriving_lx(
     follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
-/// The same of a part of it: see [`sample_share_lx`]. With a trail, areas in mirrors have been looked for from where it starts.
+/// One unbiased sample of a part of it, weighted as in [`sample_share_lx`]. A trail means that the start point has searched for areas in
+/// mirrors.
 pub fn sample_arriving_share_lx(
     stage: &Stage,
     (origin, trail): (Origin, Option<Trail>),
@@ -152,22 +154,22 @@ pub fn sample_arriving_share_lx(
 
 /// The first ray of a walk.
 struct Start {
-    /// Where it starts.
+    /// Start point.
     origin: Origin,
-    /// Its unit direction.
+    /// Unit direction.
     direction: DVec3,
-    /// Its way by mirrors, if areas in them have been looked for from where it starts.
+    /// Its path by mirrors, if the start point has searched for areas in mirrors.
     trail: Option<Trail>,
-    /// Where it starts, if that has received light by way of what near luminaires light.
+    /// Start point and normal, if that point has made a light-path connection to near luminaires (looked back).
     looked_back: Option<LookedBack>,
 }
 
-/// Rays after which a walk is given up: thirty times its expected length in the whitest room that is taken. Only in a white place that
-/// no luminaire's light enters walks come to that, and would go on for ever.
+/// Rays after which a walk is given up: thirty times the expected length in the whitest room that is accepted. A walk reaches it only in a
+/// white space that no luminaire's light enters, where it would never end.
 pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 
-/// One sample of π times the luminance that comes along a ray, without the emitters in sight from where it starts, and
-/// the rays it took. What the first surface spreads counts with the shares of its place and normal.
+/// One sample of π times the luminance that comes along a ray, without the emitters visible from its start, and the number of rays. Light
+/// that the first surface spreads is weighted by the shares of its point and normal.
 fn follow_lm_m2(
     stage: &Stage,
     start: Start,
@@ -212,39 +214,39 @@ fn follow_lm_m2(
     (walk.sum_lm_m2, walk.rays)
 }
 
-/// A walk on its way.
+/// State of a walk.
 struct Walk<'a> {
     stage: &'a Stage,
-    /// Its next ray.
+    /// Origin of its next ray.
     origin: Origin,
     direction: DVec3,
     trail: Option<Trail>,
     looked_back: Option<LookedBack>,
     departure: Departure,
-    /// Whether a surface has scattered it, so that shares no longer matter.
+    /// Whether a surface has scattered it. Shares no longer apply then.
     has_scattered: bool,
-    /// Surfaces and balls that it met, and the sky.
+    /// Number of surfaces and balls met, plus one for the sky.
     surfaces: u64,
     weight: f64,
-    /// What it found.
+    /// Light found so far.
     sum_lm_m2: f64,
     rays: u64,
 }
 
 impl Walk<'_> {
-    /// Emitters that the ray meets count as far as light samples did not find them.
+    /// Adds the emitters that the ray meets, as far as light samples did not find them.
     #[inline]
     fn find_emitters(&mut self, met: impl Iterator<Item = u32>, cut: &mut Cut) {
         self.sum_lm_m2 += self.weight * met_lm_m2(self.stage, &self.departure, &self.trail, met, cut);
     }
 
-    /// The sky counts in a mirror, where no light sample finds it.
+    /// Adds the sky seen in a mirror, where no light sample finds it.
     fn find_sky(&mut self) {
         let sky = self.stage.emitters.sky().filter(|_| matches!(self.departure, Departure::Mirrored));
         self.sum_lm_m2 += self.weight * sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(self.direction));
     }
 
-    /// Adds what is found at a surface; whether the walk goes on from there.
+    /// Adds the light found at a surface. Returns whether the walk continues from there.
     #[inline]
     fn meet(
         &mut self,
@@ -271,7 +273,7 @@ impl Walk<'_> {
         if shares == [0.0; 2] && matches!(bsdf, Bsdf::Diffuse(_)) {
             return false;
         }
-        // Light that a sheet lets through has arrived at its other side.
+        // Light that a sheet transmits has arrived at its other side.
         let shares_behind = if matches!(bsdf, Bsdf::Translucent(_)) { shares_of(-normal) } else { shares };
         let from = self.looked_back.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
         let vertex = Vertex {
@@ -320,8 +322,8 @@ impl Walk<'_> {
         self.leave(&Vertex { looked_back: None, ..vertex }, [shares[1], shares_behind[1]], cache, stream)
     }
 
-    /// Goes on from a surface, unless it absorbs the walk or lets through none of what counts; whether it does. Shares are those of light that
-    /// was reflected before, for what the surface sends back and for what it lets through.
+    /// Continues the walk from a surface, unless the surface absorbs it or transmits none of the counted light. Returns whether the walk
+    /// continues. The shares apply to light that was reflected before: one for what the surface reflects, one for what it transmits.
     #[inline]
     fn leave(
         &mut self,

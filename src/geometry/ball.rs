@@ -1,4 +1,4 @@
-//! Balls, which rays meet exactly.
+//! Balls, which rays meet exactly, without a mesh.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ pub(super) struct Ball {
     pub luminaire: u32,
 }
 
-/// Distance to a ball along a ray in units of its direction, if it meets it: 0 from inside.
+/// Returns the distance to a ball along a ray in units of the ray's direction, if the ray meets it; 0 from inside.
 #[cold]
 pub(super) fn meet_ball(ray: &Ray, origin: &Origin, ball: &Ball) -> Option<f32> {
     let along = ray.direction.as_dvec3();
@@ -25,7 +25,7 @@ pub(super) fn meet_ball(ray: &Ray, origin: &Origin, ball: &Ball) -> Option<f32> 
     let towards = ball.center - ray.origin.as_dvec3();
     let square = along.length_squared();
     let middle = towards.dot(along) / square;
-    // The distance of the line from the centre, free of the cancellation in b² − ac.
+    // The distance of the line from the centre, without the cancellation in b² − ac.
     let half_chord_squared = ball.radius * ball.radius - (towards - middle * along).length_squared();
     if half_chord_squared < 0.0 {
         return None;

@@ -1,10 +1,10 @@
 //! Where a ray meets a smooth body, in f64 and without a mesh.
 //!
-//! A line and the body's centre span a plane, in which the body is r = R(ψ), ψ the angle from the line's foot, and the line
-//! r = p / cos ψ. So they cross where H(ψ) = R(ψ) cos ψ − p is 0, docs/methods.md (34). H″ stays below a constant that the bounds of the
-//! series tell, so that a parabola bounds H from here on, and its root is a step that passes no crossing, docs/methods.md (35). Near a crossing
-//! that is Newton's step. Inside and outside are states that a ray has, not answers of rounding: one that leaves the outside of a
-//! body stays outside until it crosses.
+//! A line and the body's centre span a plane. In it the body is r = R(ψ), with ψ the angle from the line's foot, and the line is r = p /
+//! cos ψ. They cross where H(ψ) = R(ψ) cos ψ − p is 0, docs/methods.md (34). The bounds of the series give a constant that H″ never
+//! exceeds. A parabola therefore bounds H from here on, and a step to its root passes no crossing, docs/methods.md (35). Near a crossing
+//! this is Newton's step. Inside and outside are states of a ray, not results of rounded comparisons: a ray that starts outside a body
+//! stays outside until it crosses.
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use super::origin::{Anchor, Origin, RESOLUTION};
 use super::triangle::{Crossing, Ray};
 use crate::scene::{Body, Side};
 
-/// How far off its body an origin on it is put, over the body's size: far above the rounding of the series.
+/// Distance at which an origin on a body is placed off it, over the body's size: far above the rounding of the series.
 const OFF: f64 = 1e-10;
-/// A value of H that is 0, over the body's size.
+/// Values of H below this, over the body's size, count as 0.
 const ZERO: f64 = 1e-13;
-/// A line that passes the centre this near, over the body's size, is taken to pass it so far.
+/// A line that passes the centre nearer than this, over the body's size, is treated as passing at this distance.
 const NEAREST: f64 = 1e-13;
-/// Longest step along a ray in rad: it does not turn past the end of a line.
+/// Longest step along a ray in rad, so that a step does not turn past the end of a line.
 const LONGEST_STEP: f64 = 1.0;
-/// Steps along a ray at most; a ray that only touches a body takes some hundred.
+/// Largest number of steps along a ray. A ray that only touches a body takes about a hundred.
 const MOST_STEPS: usize = 1000;
 
-/// A body as rays in the tracer's coordinates see it.
+/// A body for rays in the tracer's coordinates.
 pub(super) struct LocalBody {
     pub body: Arc<Body>,
     pub frame: Frame,
@@ -38,14 +38,14 @@ impl AsRef<Body> for LocalBody {
     }
 }
 
-/// A point beside a body, in m and the body's own axes, and whether it counts as outside.
+/// A point near a body, in m along the body's own axes, and whether it counts as outside.
 struct Beside {
     point_m: DVec3,
     outside: bool,
 }
 
 impl LocalBody {
-    /// Where an origin stands. One on the body is put exactly beside it, on the side that it belongs to.
+    /// Returns the position of an origin. An origin on the body is placed exactly beside it, on the side that it belongs to.
     fn beside(&self, origin: &Origin) -> Beside {
         let body = &*self.body;
         let turned = body.turn.transpose();
@@ -69,8 +69,8 @@ impl LocalBody {
         Beside { point_m: (radius_m + off_m) * direction, outside }
     }
 
-    /// What a ray from an origin meets of the body first: its distance in units of the ray's direction, in the place of weights the
-    /// direction from the body's centre, and in that of their sum 1 for the front and −1 for the back.
+    /// Returns the first crossing of a ray from an origin with the body. The distance is in units of the ray's direction. The weights hold
+    /// the direction from the body's centre. Their sum is 1 for the front and −1 for the back.
     pub fn meet(&self, ray: &Ray, origin: &Origin) -> Option<Crossing> {
         let along = self.body.turn.transpose() * ray.direction.as_dvec3();
         let length = along.length();
@@ -93,8 +93,8 @@ impl LocalBody {
 }
 
 impl Body {
-    /// Where a ray crosses the body first within a distance, from outside or from inside: the distance in m and the unit direction
-    /// from the centre; all in the body's own axes.
+    /// Returns where a ray first crosses the body within a distance, from outside or from inside: the distance in m and the unit direction
+    /// from the centre. All values are in the body's own axes.
     fn cross(&self, start_m: DVec3, along: DVec3, outside: bool, far_m: f64) -> Option<(f64, DVec3)> {
         let size_m = self.bounds.high;
         let before_foot_m = -start_m.dot(along);
@@ -108,7 +108,7 @@ impl Body {
         } else {
             (NEAREST * size_m, along.any_orthonormal_vector())
         };
-        // What lies beyond the sphere around the body need not be looked at.
+        // Nothing beyond the sphere around the body needs to be examined.
         let half_chord_m = (size_m * size_m - nearest_m * nearest_m).max(0.0).sqrt();
         let last_m = (far_m - before_foot_m).min(half_chord_m);
         let (mut cosine, mut sine) = if outside && before_foot_m > half_chord_m {
@@ -132,7 +132,7 @@ impl Body {
             let depth_m = (-height_m).max(0.0);
             let root_m = (rise_m * rise_m + 2.0 * most_bent_m * depth_m).sqrt();
             let step = if rise_m > 0.0 { 2.0 * depth_m / (rise_m + root_m) } else { (root_m - rise_m) / most_bent_m };
-            // Twice the angle whose tangent is half a step is no longer than the step, and needs no functions of angles.
+            // Twice the angle whose tangent is half a step is not longer than the step, and needs no trigonometric functions.
             let half = (0.5 * step).min(0.5 * LONGEST_STEP);
             let scale = 1.0 / (1.0 + half * half);
             let [by_cosine, by_sine] = [(1.0 - half * half) * scale, 2.0 * half * scale];
@@ -189,7 +189,7 @@ mod tests {
             let start = 3.0 * direction(1.0 - (f64::from(k) + 0.5) / 300.0, 2.4 * f64::from(k));
             let aim = 1.6 * direction(f64::from(k) * 0.618 % 1.0 * 2.0 - 1.0, 1.7 * f64::from(k));
             let along = (aim - start).normalize();
-            // All crossings in turn, against a walk in small steps.
+            // Finds all crossings one after the other, and compares them with a walk in small steps.
             let (mut t, mut outside, mut found) = (0.0, true, Vec::new());
             while let Some((more, direction)) = body.cross(start + t * along, along, outside, f64::INFINITY) {
                 t += more;

@@ -1,4 +1,4 @@
-//! How the tree is built: obvhs' very slow build, step by step, or halves where that would not end.
+//! How the tree is built: obvhs' very slow build, step by step, or halving where that would not end.
 
 use glam::{DVec3, Vec3};
 use obvhs::BvhBuildParams;
@@ -13,41 +13,41 @@ use obvhs::triangle::Triangle;
 use super::ball::Ball;
 use super::nodes::Nodes;
 
-/// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
-/// differences of coordinates up to 2 with four roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
+/// Padding of the boxes under the tree on every side, in scaled coordinates. The node test uses differences of coordinates up to 2 with
+/// four roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
 const PADDING: f32 = 1.0 / (1u32 << 19) as f32;
 
-/// Levels that fit the stack of the walks.
+/// Number of levels that fit the stack of the walks.
 pub(super) const DEEPEST: usize = 30;
 
-/// Boxes on either side among which clustering looks for the best partner of one: obvhs' medium search distance.
+/// Number of boxes on either side in which clustering searches the best partner of a box: obvhs' medium search distance.
 const PARTNERS: usize = 14;
-/// Boxes that all rounds of clustering may look at, over their number, and in any case. Where a third of them pairs up in a
-/// round, as usual, it is 3; where boxes that lie in one another pair up one by one, it is half their number.
+/// Limits of the boxes that all rounds of clustering may examine, per box and in any case. Usually a third of the boxes pair up in a round
+/// and the number per box is 3. Where nested boxes pair up one by one, it is half the number of boxes.
 const MOST_LOOKS_A_BOX: usize = 12;
 const LOOKS_IN_ANY_CASE: usize = 1_000_000;
 
-/// Boxes up to which every node is put into its best place; of more boxes as many nodes are, the largest. It takes some 20 µs of
-/// processor time a node, and small nodes deep in the tree gain least by it.
+/// Number of boxes up to which every node is moved to its best position. With more boxes, this number of the largest nodes is moved. It
+/// takes about 20 µs of processor time per node, and small nodes deep in the tree gain least.
 const MOST_IN_BEST_PLACE: f32 = 500_000.0;
 
-/// Nodes that a line through the whole meets, about, up to which the best place of a node is found soon. Long triangles that cross each
-/// other make it thousands: every search then goes through much of the tree, and all together would grow nearly with the square of the
-/// number of triangles.
+/// Mean number of nodes that a line through the whole meets, up to which the search for a node's best position is fast. Long triangles that
+/// cross each other make it thousands. Then every search goes through much of the tree, and the total time would grow nearly with the
+/// square of the number of triangles.
 const MOST_MET: f64 = 500.0;
 
-/// Builds the tree over triangles and balls, so that boxes are padded once they are split and temporaries go early.
+/// Builds the tree over triangles and balls. Boxes are padded after they are split, and temporary data are freed early.
 ///
-/// Scenes that make it too deep for the walk's stack are built without the optimisation that deepens the tree, and those
-/// whose boxes pair up one by one (thousands of triangles about each other or in one place) by halves.
+/// Some scenes make the tree too deep for the walk's stack. They are built without the optimisation that deepens the tree. Scenes whose
+/// boxes pair up one by one (thousands of triangles nested or in one place) are built by halving.
 pub(super) fn build(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3] + Copy, balls: &[Ball]) -> Nodes {
-    // A ball stands as a triangle that is none: see `Block::set`.
+    // A ball is entered as a degenerate triangle: see `Block::set`.
     let corners_or_middle = |primitive: u32| match primitive.checked_sub(triangles) {
         Some(ball) => [balls[ball as usize].center.as_vec3(); 3],
         None => corners(primitive),
     };
     let eight_wide = |pairs: Bvh2| Nodes::of(&pairs, corners_or_middle);
-    // Boxes go as soon as a tree stands over them, and are made anew for the next try, which few scenes need.
+    // Boxes are freed as soon as a tree is built over them. The next attempt, which few scenes need, makes them again.
     let boxes_anew = || padded_boxes((0..triangles).map(corners), balls);
     let (boxes, indices) = boxes_anew();
     if !pairs_up(&boxes) {
@@ -68,10 +68,10 @@ pub(super) fn build(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3] + Copy, b
     eight_wide(halved(&boxes, indices))
 }
 
-/// Boxes of all triangles, then of all balls, then of what is cut off large slanted triangles, and the number of the
-/// triangle or ball in each box.
+/// Returns boxes of all triangles, then of all balls, then of the parts cut off large slanted triangles, and the number of the triangle or
+/// ball in each box.
 ///
-/// obvhs takes the numbers for places among the boxes, so that whole triangles and balls stand at their own.
+/// obvhs uses these numbers as indices of boxes, so whole triangles and balls keep the index of their own number.
 fn padded_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball]) -> (Vec<Aabb>, Vec<u32>) {
     let first_ball = corners.len();
     let (mut boxes, mut indices) = split_boxes(corners);
@@ -85,7 +85,7 @@ fn padded_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball
     (boxes, indices)
 }
 
-/// The tree by locally ordered clustering, with its nodes put in better places.
+/// Builds the tree by locally ordered clustering and moves its nodes to better positions.
 fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> Bvh2 {
     let mut bvh2 = PlocBuilder::new().build(
         params.ploc_search_distance,
@@ -101,7 +101,7 @@ fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> Bvh
     bvh2
 }
 
-/// The share of the nodes whose best place is looked for, of those that would be.
+/// Returns the share of the usual nodes for which the best position is searched.
 fn share_to_place(bvh2: &Bvh2) -> f32 {
     let half_area = |node: &Bvh2Node| f64::from(node.aabb().half_area());
     let Some(whole) = bvh2.nodes.first().map(half_area) else {
@@ -111,7 +111,7 @@ fn share_to_place(bvh2: &Bvh2) -> f32 {
     (MOST_MET / met).min(1.0) as f32
 }
 
-/// Whether locally ordered clustering of so many boxes ends soon: its rounds, without what they make, and counted.
+/// Whether locally ordered clustering of these boxes ends soon. It runs the rounds of clustering without building the tree, and counts.
 ///
 /// Source: D. Meister, J. Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction" (2018).
 fn pairs_up(boxes: &[Aabb]) -> bool {
@@ -151,7 +151,8 @@ fn in_morton_order(boxes: &[Aabb]) -> Vec<Aabb> {
     ordered.into_iter().map(|(_, aabb)| aabb).collect()
 }
 
-/// The last of those boxes, so many before and after one, with which the smallest box is made.
+/// Returns the box that makes the smallest union with the box at `index`, among `reach` boxes on either side. Among equals it returns the
+/// last.
 fn best_partner(boxes: &[Aabb], index: usize, reach: usize) -> usize {
     let (mut best, mut best_cost) = (index, f32::INFINITY);
     for other in index.saturating_sub(reach)..(index + reach + 1).min(boxes.len()) {
@@ -163,7 +164,7 @@ fn best_partner(boxes: &[Aabb], index: usize, reach: usize) -> usize {
     best
 }
 
-/// A balanced tree: boxes halved by number along the axis on which their middles spread most, whatever the boxes.
+/// Builds a balanced tree, whatever the boxes: it halves their number along the axis on which their centres spread most.
 fn halved(boxes: &[Aabb], indices: Vec<u32>) -> Bvh2 {
     let mut bvh2 = Bvh2::zeroed(boxes.len());
     bvh2.primitive_indices = indices;
@@ -197,7 +198,7 @@ fn halved(boxes: &[Aabb], indices: Vec<u32>) -> Bvh2 {
     bvh2
 }
 
-/// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
+/// Returns boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
 fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
     let triangles: Vec<Triangle> =
         corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
@@ -213,7 +214,7 @@ fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>,
 mod tests {
     use super::*;
 
-    /// Boxes about one place, each a little larger: the best partner of each is the one before it.
+    /// Boxes around one centre, each a little larger: the best partner of each is the one before it.
     fn in_one_another(count: u32) -> Vec<Aabb> {
         (0..count)
             .map(|number| {
@@ -248,8 +249,8 @@ mod tests {
         }
     }
 
-    /// Boxes side by side are put into their best places, all of them; of long ones that cross each other, whose searches would pass through
-    /// all others, so many fewer as there are more: twice the boxes are not four times the work.
+    /// For boxes side by side, all are moved to their best positions. For long boxes that cross each other, every search would pass through
+    /// all others, so fewer are moved the more there are. Twice the boxes then take less than four times the work.
     #[test]
     fn fewer_nodes_are_placed_where_a_search_would_pass_through_most_of_the_tree() {
         let share = |boxes: &[Aabb]| {

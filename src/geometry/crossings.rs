@@ -1,4 +1,4 @@
-//! All that a ray crosses, for parities; and occlusion without the tree, for judging what the tree saves.
+//! All triangles that a ray crosses, for parities; and occlusion without the tree, to measure what the tree saves.
 
 use glam::DVec3;
 
@@ -19,8 +19,8 @@ pub struct Crossed {
 }
 
 impl Tracer {
-    /// All triangles that a ray with this unit direction crosses, nearest first. Where it runs through an edge, both
-    /// triangles are listed.
+    /// Returns all triangles that a ray with this unit direction crosses, nearest first. Where it goes through an edge, both triangles are
+    /// listed.
     pub fn crossings(&self, origin: &Origin, direction: DVec3) -> Vec<Crossed> {
         let mut found = self.tree.crossings(&Ray::new(origin.point, direction.as_vec3a()), origin);
         found.retain(|one| self.tree.luminaire(one.primitive).is_none());
@@ -35,7 +35,7 @@ impl Tracer {
         found.iter().map(crossed).collect()
     }
 
-    /// The same answer as [`Tracer::is_occluded`], found by asking every triangle: the time that a tree saves.
+    /// Gives the same answer as [`Tracer::is_occluded`] by testing every triangle, to measure the time that the tree saves.
     pub fn is_occluded_one_by_one(&self, from: &Origin, to: &Origin) -> bool {
         let difference = to.point - from.point;
         if difference == glam::Vec3A::ZERO {

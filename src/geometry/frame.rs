@@ -1,10 +1,10 @@
-//! The tracer's own coordinates: the scene's bounding box, recentred in f64 and scaled to [−1, 1], and only then f32.
+//! The tracer's own coordinates: the scene's bounding box, centred and scaled to [−1, 1] in f64, and then rounded to f32.
 
 use glam::{DVec3, Vec3};
 
 use crate::scene::Scene;
 
-/// Half-extent in m that stands in where a scene has no extent at all.
+/// Half-extent in m that is used where a scene has no extent.
 const EXTENT_OF_A_POINT_M: f64 = 1.0;
 
 /// Maps metres to the tracer's coordinates.
@@ -15,7 +15,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Frames everything that rays start from or meet: vertices, balls, point luminaires and receivers.
+    /// Makes a frame around everything that rays start from or meet: vertices, balls, point luminaires and receivers.
     pub fn of(scene: &Scene) -> Frame {
         let mut low = DVec3::splat(f64::INFINITY);
         let mut high = DVec3::splat(f64::NEG_INFINITY);
@@ -40,31 +40,31 @@ impl Frame {
         Frame { center_m: low + 0.5 * (high - low), half_extent_m }
     }
 
-    /// A point in the tracer's coordinates, before it is rounded to f32.
+    /// Converts a point to the tracer's coordinates, without rounding to f32.
     #[inline]
     pub fn to_local(self, point_m: DVec3) -> DVec3 {
         (point_m - self.center_m) / self.half_extent_m
     }
 
-    /// A point in the tracer's coordinates.
+    /// Converts a point to the tracer's coordinates, rounded to f32.
     #[inline]
     pub fn round(self, point_m: DVec3) -> Vec3 {
         self.to_local(point_m).as_vec3()
     }
 
-    /// A point in metres from one in the tracer's coordinates.
+    /// Converts a point from the tracer's coordinates to metres.
     #[inline]
     pub fn to_metres(self, point: DVec3) -> DVec3 {
         self.center_m + point * self.half_extent_m
     }
 
-    /// A length in metres from one in the tracer's coordinates.
+    /// Converts a length from the tracer's coordinates to metres.
     #[inline]
     pub fn metres(self, length: f64) -> f64 {
         length * self.half_extent_m
     }
 
-    /// A length in the tracer's coordinates from one in metres.
+    /// Converts a length from metres to the tracer's coordinates.
     #[inline]
     pub fn length(self, length_m: f64) -> f64 {
         length_m / self.half_extent_m

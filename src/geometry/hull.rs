@@ -1,5 +1,5 @@
-//! Scenes in which nothing can stand between two places: no triangle has any part of the scene behind its plane, as in
-//! an empty room without niches.
+//! Convex scenes, in which nothing stands between two points: no triangle has any part of the scene behind its plane, as in an empty room
+//! without niches.
 
 use glam::Vec3A;
 
@@ -7,13 +7,13 @@ use super::origin::{Anchor, LIFT, Origin, RESOLUTION};
 use super::tree::Tree;
 use crate::scene::Side;
 
-/// Planes that bound such a scene, at most: beyond them asking the planes takes as long as asking the tree.
+/// Largest number of planes of a convex scene. With more planes, testing them takes as long as the tree.
 const MOST_PLANES: usize = 24;
-/// Planes whose normals and offsets differ by less, in scaled coordinates, are one.
+/// Planes whose normals and offsets differ by less than this, in scaled coordinates, count as one.
 const ALIKE: f32 = RESOLUTION as f32;
-/// Height above a plane from which on a point is surely in front of it.
+/// A point at least this high above a plane is certainly in front of it.
 const CLEARLY: f32 = 4.0 * RESOLUTION as f32;
-/// Least height of a point that was lifted off a plane, and cosine with which it faces as the plane does.
+/// Least height of a point that was lifted off a plane, and least cosine between its normal and the plane's.
 const LIFTED: f32 = 0.5 * LIFT as f32;
 const FACING_ALIKE: f32 = 0.9999;
 
@@ -37,7 +37,8 @@ impl HullPlane {
 }
 
 impl Hull {
-    /// The planes of a tree's triangles, if they are few and nothing lies behind any of them; a ball lies within.
+    /// Returns the planes of a tree's triangles, if they are few and nothing lies behind any of them. `None` for a scene with balls or
+    /// bodies.
     pub fn of(tree: &Tree) -> Option<Hull> {
         if !(tree.balls.is_empty() && tree.bodies.is_empty()) {
             return None;
@@ -64,13 +65,13 @@ impl Hull {
         slots().all(|slot| slot.corners_f32().iter().all(is_within)).then_some(hull)
     }
 
-    /// Whether an origin surely lies within, so that another one that does is in its sight.
+    /// Whether an origin is certainly inside. Any two origins that are inside see each other.
     #[inline]
     pub fn holds(&self, origin: &Origin) -> bool {
         match origin.anchor {
             Anchor::Triangle { side, .. } => side == Side::Front,
             Anchor::Ball { .. } => false,
-            // A free point has no normal, and faces as no plane does.
+            // A free point has a zero normal, so it never counts as facing like a plane.
             Anchor::Free | Anchor::Side => self.planes.iter().all(|plane| {
                 let height = plane.height(origin.point);
                 height > CLEARLY || height > LIFTED && plane.normal.dot(origin.normal.into()) > FACING_ALIKE

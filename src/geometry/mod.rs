@@ -1,25 +1,25 @@
-//! Rays among the triangles and balls of a scene: what does a ray meet first, and do two points see each other?
+//! Rays among the triangles and balls of a scene: what a ray meets first, and whether two points see each other.
 //!
-//! This is the only room that works in f32, and the only one that knows obvhs. Outside, everything is f64 and metres;
-//! inside, coordinates are recentred and scaled on the scene so that its largest half-extent is 1 (`frame`).
+//! This is the only room that computes in f32 and the only one that uses obvhs. Outside, everything is f64 and metres. Inside, coordinates
+//! are centred on the scene and scaled so that its largest half-extent is 1 (`frame`).
 //!
 //! Three rules keep closed rooms closed:
 //!
-//! 1. *A triangle test that neighbours agree on* (`triangle`): vertices are sheared into the ray's frame one by one
-//!    and edge functions are products subtracted without fusing, so that two triangles compute exactly opposite
+//! 1. *A triangle test on which neighbours agree* (`triangle`): vertices are sheared into the ray's frame one by one.
+//!    Edge functions are differences of products without fused operations. Two triangles therefore compute exactly opposite
 //!    values on a shared edge; zero counts as inside.
 //! 2. *Boxes that are never missed* (`tree`): the boxes under the tree are padded by more than all the rounding in
 //!    the node test.
 //! 3. *Sides decided by planes, not by distances* (`origin`): a ray meets a front only from in front and a back only
-//!    from behind, where "in front" is judged in f64 on the side that its origin belongs to. No smallest distance is
-//!    needed, and what an origin lies on does not shadow it.
+//!    from behind. "In front" is decided in f64 for the side that the ray's origin belongs to. No smallest distance is
+//!    needed, and the surface under an origin does not shadow it.
 //!
-//! Smooth bodies stand in the tree as the balls around them, and are met exactly (`body`); their leaves are no triangles here.
+//! In the tree, smooth bodies are represented by the balls around them. They are met exactly (`body`); their leaves are not triangles here.
 //!
-//! Where a scene is convex nothing stands between two places within it, and no ray is asked (`hull`).
+//! In a convex scene nothing stands between two points inside it, so no ray is traced (`hull`).
 //!
-//! What the walk finds is taken as it is, unless it lies on an edge or is the back of a one-sided surface. Such
-//! doubtful crossings (some 4 in 10,000) are settled with all crossings of the ray in hand (`tracer`).
+//! A crossing found by the walk is accepted as it is, unless it lies on an edge or is the back of a one-sided surface. These uncertain
+//! crossings (about 4 in 10,000) are decided from all crossings of the ray (`tracer`).
 
 mod ball;
 mod body;

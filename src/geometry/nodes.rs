@@ -1,25 +1,25 @@
-//! Nodes of the tree: eight boxes side by side, made of a tree of pairs, with blocks of triangles for leaves.
+//! Nodes of the tree: eight boxes side by side, made from a binary tree, with blocks of triangles as leaves.
 
 use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 
 use super::triangle::{Block, LANES};
 
-/// A child that is a block of triangles has this bit; the rest is its number.
+/// This bit is set for a child that is a block of triangles. The other bits are the block's number.
 const LEAF: u32 = 1 << 31;
-/// Stands for no primitive in an empty slot.
+/// The primitive of an empty slot.
 const NONE: u32 = u32::MAX;
 
-/// Eight boxes and what lies in them.
+/// Eight boxes and their contents.
 #[derive(Clone)]
 #[repr(C, align(32))]
 pub(super) struct WideNode {
-    /// Low and high planes across x, then y, then z; an empty place has its low planes above its high ones.
+    /// Low and high planes across x, then y, then z. An empty box has its low planes above its high ones.
     pub planes: [[f32; LANES]; 6],
     pub children: [Child; LANES],
 }
 
-/// What lies in a box.
+/// The content of a box.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(super) struct Child(u32);
@@ -28,14 +28,14 @@ impl Child {
     /// The root of a tree.
     pub const ROOT: Child = Child(0);
 
-    /// What it is, by its number.
+    /// Returns the kind and the number of the child.
     #[inline(always)]
     pub fn what(self) -> Below {
         if self.0 & LEAF != 0 { Below::Block((self.0 & !LEAF) as usize) } else { Below::Node(self.0 as usize) }
     }
 }
 
-/// A block of triangles, or a node, by its number.
+/// A block of triangles or a node, with its number.
 pub(super) enum Below {
     Block(usize),
     Node(usize),
@@ -45,21 +45,20 @@ pub(super) enum Below {
 pub(super) struct Nodes {
     pub nodes: Vec<WideNode>,
     pub blocks: Vec<Block>,
-    /// The primitive in each slot, eight slots to a block; no primitive's number in empty ones. A triangle whose box was split stands in
-    /// several.
+    /// The primitive in each slot, eight slots per block; [`NONE`] in empty slots. A triangle whose box was split is in several slots.
     pub primitives: Vec<u32>,
 }
 
 impl Nodes {
-    /// The same tree with eight children a node: the largest box is opened again and again until there are eight, and what holds
-    /// no more than eight primitives is a block.
+    /// Converts a binary tree to eight children per node. The largest box is opened again and again until there are eight. A subtree of at
+    /// most eight primitives becomes a block.
     pub fn of(pairs: &Bvh2, corners: impl Fn(u32) -> [Vec3; 3]) -> Nodes {
         let mut nodes = Nodes { nodes: Vec::new(), blocks: Vec::new(), primitives: Vec::new() };
         if pairs.primitive_indices.is_empty() {
             return nodes;
         }
         let counts = counts_of(pairs);
-        // What stands there, and the place that waits for its number.
+        // The pair to convert, and the child entry that will receive its number.
         let mut open: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         while let Some((pair, place)) = open.pop() {
             let is_block = counts[pair as usize] <= LANES as u32;
@@ -123,19 +122,19 @@ impl Nodes {
         number as u32
     }
 
-    /// Numbers of the slots that are filled, and the primitive in each.
+    /// Returns the numbers of the filled slots and the primitive in each.
     pub fn filled(&self) -> impl Iterator<Item = (usize, u32)> {
         self.primitives.iter().copied().enumerate().filter(|(_, primitive)| *primitive != NONE)
     }
 
-    /// Gives the primitives other numbers.
+    /// Renumbers the primitives.
     pub fn renumber(&mut self, number: impl Fn(u32) -> u32) {
         for primitive in self.primitives.iter_mut().filter(|primitive| **primitive != NONE) {
             *primitive = number(*primitive);
         }
     }
 
-    /// Number of levels.
+    /// Returns the number of levels.
     pub fn depth(&self) -> usize {
         let mut deepest = 0;
         let mut open = if self.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
@@ -152,7 +151,7 @@ impl Nodes {
     }
 }
 
-/// Primitives under each node of a tree of pairs.
+/// Returns the number of primitives under each node of a binary tree.
 fn counts_of(pairs: &Bvh2) -> Vec<u32> {
     let mut order = vec![0];
     let mut next = 0;
@@ -174,7 +173,7 @@ fn counts_of(pairs: &Bvh2) -> Vec<u32> {
     counts
 }
 
-/// Up to eight nodes of a tree of pairs that stand for the children of one.
+/// Returns up to eight nodes of a binary tree that become the children of one node.
 fn children_of(pairs: &Bvh2, counts: &[u32], pair: u32) -> ([u32; LANES], usize) {
     let node_of = |pair: u32| &pairs.nodes[pair as usize];
     let half_area = |pair: u32| node_of(pair).aabb().half_area();
@@ -183,7 +182,7 @@ fn children_of(pairs: &Bvh2, counts: &[u32], pair: u32) -> ([u32; LANES], usize)
     while count < LANES {
         let all = 0..count;
         let can_open = |place: &usize| !node_of(children[*place]).is_leaf();
-        // What will be a node is opened before what can be a block, and that where it saves most.
+        // Boxes that will be nodes are opened before those that can be blocks. Of the latter, the one that saves the most area is opened.
         let inner = all.clone().filter(|place| counts[children[*place] as usize] > LANES as u32);
         let largest = inner.max_by(|one, other| half_area(children[*one]).total_cmp(&half_area(children[*other])));
         let saved = |place: usize| {

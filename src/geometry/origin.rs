@@ -1,12 +1,12 @@
-//! Where rays start, and on which side of a triangle that is.
+//! Where rays start, and on which side of a triangle the start is.
 //!
-//! A point on a surface is known to f32 only within some 2⁻²⁴, so that its height above the planes of nearby
-//! triangles may have the wrong sign. Two measures replace the usual smallest distance along the ray:
+//! In f32 a point on a surface is known only to about 2⁻²⁴. Its height above the planes of nearby triangles may therefore have the wrong
+//! sign. Two measures replace the usual smallest distance along the ray:
 //!
 //! - The origin is *lifted* off its surface by [`LIFT`], and *pulled* off the edges of its triangle by [`PULL`], so
 //!   that neighbours at edges and corners are clearly on one side.
-//! - Where it still matters, a triangle's *side* is judged by the height of the unlifted point above its plane in
-//!   f64. A point in the plane within [`RESOLUTION`] belongs to the side that its own surface faces.
+//! - Where this is not enough, a triangle's *side* is decided in f64 by the height of the unlifted point above its plane.
+//!   A point in the plane within [`RESOLUTION`] belongs to the side that its own surface faces.
 
 use glam::{DVec3, Vec3, Vec3A};
 use serde::{Deserialize, Serialize};
@@ -14,33 +14,33 @@ use serde::{Deserialize, Serialize};
 use super::triangle::Slot;
 use crate::scene::Side;
 
-/// How far before its origin a ray may meet a front that the origin counts as in front of, in units of the
-/// direction: a few times [`LIFT`], for rays that leave a surface at a slant.
+/// Distance before its origin at which a ray may still meet a front that the origin counts as in front of, in units of the direction. It is
+/// a few times [`LIFT`], for rays that leave a surface at a flat angle.
 pub(super) const BEFORE: f32 = -1.0 / (1u32 << 18) as f32;
-/// How far a point on a surface is lifted along its normal, in scaled coordinates: eight times the coarsest rounding
-/// of a point (2⁻²⁴), so that the ray's own plane is surely behind it.
+/// Distance by which a point on a surface is lifted along its normal, in scaled coordinates. It is eight times the coarsest rounding of a
+/// point (2⁻²⁴), so that the ray's own plane is certainly behind it.
 pub(super) const LIFT: f64 = 1.0 / (1u64 << 21) as f64;
 
-/// How far a point is pulled off the edges of its triangle, in scaled coordinates: at an edge where two surfaces
-/// meet at 10°, the point then stands 2⁻¹⁹·⁵ off the other one, three times its lift.
+/// Distance by which a point is pulled off the edges of its triangle, in scaled coordinates. At an edge where two surfaces meet at 10°, the
+/// point is then 2⁻¹⁹·⁵ off the other surface, three times its lift.
 pub(super) const PULL: f64 = 1.0 / (1u64 << 17) as f64;
 
-/// Heights above a plane below this one, in scaled coordinates, are rounding: corners of the triangle and of the
-/// origin's own (2⁻²⁴·² each, three roundings of 2⁻²⁵) and the origin itself (2⁻²⁴·²) add up to 2⁻²²·⁶.
+/// Heights above a plane below this, in scaled coordinates, are rounding. The corners of the triangle and of the origin's own (2⁻²⁴·² each,
+/// three roundings of 2⁻²⁵) and the origin itself (2⁻²⁴·²) add up to 2⁻²²·⁶.
 pub(super) const RESOLUTION: f64 = 1.0 / (1u64 << 22) as f64;
 
-/// Cosine between normals from which on two coplanar surfaces lie back to back: a sheet's two skins, or a wall that
-/// two rooms share. Rounded corners turn the normal of a triangle as small as 2⁻¹⁷ by less than that.
+/// Cosine between normals below which two coplanar surfaces lie back to back: the two skins of a sheet, or a wall between two rooms.
+/// Rounded corners turn the normal of a triangle as small as 2⁻¹⁷ by less than this.
 const BACK_TO_BACK: f64 = -0.9999;
 
-/// Cosine below which a receiver in a triangle's plane faces away from it; a receiver that stands on edge belongs to
-/// the front.
+/// Cosine below which a receiver in a triangle's plane faces away from it. A receiver that is perpendicular to the plane belongs to the
+/// front.
 const FACING_AWAY: f64 = -1e-3;
 
-/// Square of the height, in scaled coordinates, above which f32 tells the side of a plane well enough.
+/// Square of the height, in scaled coordinates, above which f32 is accurate enough to decide the side of a plane.
 const CLEARLY_OFF: f32 = 1.0 / (1u64 << 28) as f32;
 
-/// What a ray starts from.
+/// The object that a ray starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Anchor {
     /// A point in free space.
@@ -53,10 +53,10 @@ pub(super) enum Anchor {
     Ball { luminaire: u32 },
 }
 
-/// Where a ray starts, in the tracer's own recentred and scaled coordinates.
+/// Where a ray starts, in the tracer's own centred and scaled coordinates.
 ///
-/// Made by a [`crate::geometry::Tracer`] and valid for that one only. It remembers what it lies on, so that this
-/// never shadows it.
+/// A [`crate::geometry::Tracer`] makes it, and it is valid only for that tracer. It records the surface that it lies on, so that this
+/// surface never shadows it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Origin {
     /// The lifted point.
@@ -66,7 +66,7 @@ pub struct Origin {
     pub(super) anchor: Anchor,
 }
 
-/// Weights of a triangle's corners, moved towards its middle until none is below its least weight.
+/// Moves the weights of a triangle's corners towards the middle until none is below its least weight.
 #[inline]
 pub(super) fn pull_in([second, third]: [f64; 2], least: Vec3) -> [f64; 2] {
     let least = least.as_dvec3();
@@ -75,14 +75,14 @@ pub(super) fn pull_in([second, third]: [f64; 2], least: Vec3) -> [f64; 2] {
     if first >= least.x && second >= least.y && third >= least.z {
         return [second, third];
     }
-    // Clamping and sharing out what remains keeps the point where it is along the edge.
+    // Clamping and distributing the rest keeps the point's position along the edge.
     let over = [first - least.x, second - least.y, third - least.z].map(|weight| weight.max(0.0));
     let share = free / (over[0] + over[1] + over[2]).max(f64::MIN_POSITIVE);
     [least.y + over[1] * share, least.z + over[2] * share]
 }
 
 impl Origin {
-    /// A point and the normal that it is lifted along.
+    /// Makes an origin from a point and the normal along which it is lifted.
     #[inline]
     pub(super) fn lifted(point: DVec3, normal: DVec3, anchor: Anchor) -> Origin {
         Origin { point: (point + LIFT * normal).as_vec3().into(), normal: normal.as_vec3(), anchor }
@@ -94,19 +94,19 @@ impl Origin {
         matches!(self.anchor, Anchor::Free)
     }
 
-    /// Whether a direction leads straight into the surface that the origin surely lies on.
+    /// Whether a direction goes straight into the triangle that the origin lies on.
     #[inline]
     pub(super) fn has_below(&self, direction: Vec3A) -> bool {
         matches!(self.anchor, Anchor::Triangle { .. }) && Vec3A::from(self.normal).dot(direction) < 0.0
     }
 
-    /// Whether a crossing a little before the origin lies under the surface that the origin was lifted off.
+    /// Whether a crossing a little before the origin lies below the surface that the origin was lifted off.
     #[inline]
     pub(super) fn has_under(&self, direction: Vec3A, t: f32) -> bool {
         t < 0.0 && t * Vec3A::from(self.normal).dot(direction) < (RESOLUTION - LIFT) as f32
     }
 
-    /// The triangle that the origin lies on, which its rays do not meet; no triangle's number otherwise.
+    /// Returns the triangle that the origin lies on, which its rays do not meet; otherwise a number that no triangle has.
     #[inline]
     pub(super) fn own_triangle(&self) -> u32 {
         match self.anchor {
@@ -121,14 +121,14 @@ impl Origin {
         let [a, b, c] = slot.corners_f32();
         let (along, across) = (b - a, c - a);
         let height = along.cross(across).dot(self.point - a);
-        // The rounding of this product stays below 2⁻²¹ of the edges' lengths.
+        // The rounding of this product is below 2⁻²¹ of the product of the edges' lengths.
         if height * height > CLEARLY_OFF * along.length_squared() * across.length_squared() {
             return height > 0.0;
         }
         self.is_just_in_front(slot)
     }
 
-    /// Cosine between the origin's normal and a triangle's, and the unlifted point's height above the triangle.
+    /// Returns the cosine between the origin's normal and a triangle's, and the height of the unlifted point above the triangle.
     fn stance(&self, slot: Slot) -> (f64, f64) {
         let [a, b, c] = slot.corners();
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -142,7 +142,7 @@ impl Origin {
         facing < BACK_TO_BACK && height.abs() <= RESOLUTION
     }
 
-    /// The same as [`Origin::is_in_front`], carefully.
+    /// Gives the answer of [`Origin::is_in_front`] in f64.
     #[cold]
     fn is_just_in_front(&self, slot: Slot) -> bool {
         let (facing, height) = self.stance(slot);

@@ -1,4 +1,4 @@
-//! The truths of this room that need no large run.
+//! Tests of the geometry that need no large run.
 
 use glam::DVec3;
 use rand::RngExt;
@@ -53,7 +53,7 @@ fn a_triangle_seen_counter_clockwise_shows_its_front() {
     }
 }
 
-/// Random numbers that follow from a seed.
+/// Random numbers from a seed.
 struct Random(Philox);
 
 impl Random {
@@ -77,7 +77,7 @@ impl Random {
     }
 }
 
-/// Triangles of all sizes strewn over 10 m.
+/// Triangles of all sizes scattered over 10 m.
 fn soup(count: usize, seed: u64) -> Scene {
     let mut random = Random::of(seed);
     let mut vertices_m = Vec::new();
@@ -110,8 +110,8 @@ fn room(size_m: DVec3) -> Scene {
     scene_of((0..8).map(corner).collect(), triangles)
 }
 
-/// All crossings of a line with the triangles in f64 (Möller and Trumbore 1997), nearest first: distance, triangle and
-/// how far inside its edges.
+/// Returns all crossings of a line with the triangles in f64 (Möller and Trumbore 1997), nearest first: distance, triangle and how far
+/// inside its edges.
 fn crossings_f64(scene: &Scene, from_m: DVec3, direction: DVec3) -> Vec<(f64, u32, f64)> {
     let mut all = Vec::new();
     for triangle in 0..scene.triangles.len() as u32 {
@@ -139,7 +139,7 @@ fn first_hits_agree_with_all_triangles_tried_in_f64() {
     for _ in 0..20_000 {
         let (from_m, direction) = (12.0 * random.point() - 1.0, random.unit());
         let crossings = crossings_f64(&scene, from_m, direction);
-        // Rays that graze an edge or start on a triangle are f32's to decide.
+        // Results for rays that graze an edge or start on a triangle depend on f32 rounding, so they are skipped.
         if crossings.iter().any(|(t, _, inside)| inside.abs() < 1e-3 || t.abs() < 1e-3) {
             continue;
         }
@@ -225,7 +225,7 @@ fn all_points_of_an_empty_room_see_each_other() {
     let mut random = Random::of(10);
     for trial in 0..200_000 {
         let place = |random: &mut Random| {
-            // Every third one on an edge, every ninth in a corner of its triangle.
+            // Every third point lies on an edge, every ninth in a corner of its triangle.
             let (u, v) = (random.uniform(), random.uniform());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let barycentric = [if trial % 3 == 0 { 0.0 } else { u }, if trial % 9 == 0 { 0.0 } else { v }];
@@ -246,7 +246,7 @@ fn all_points_of_an_empty_room_see_each_other() {
 
 #[test]
 fn a_point_on_a_sheet_belongs_to_the_side_its_normal_points_to() {
-    // A slanted sheet between two places.
+    // A slanted sheet between two points.
     let corners = [[0.0, 0.0, 0.1], [3.0, 0.2, 0.4], [2.5, 3.0, 0.3], [0.1, 2.8, 0.0]].map(DVec3::from);
     let scene = scene_of(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
     let tracer = Tracer::new(&scene);
@@ -295,7 +295,7 @@ fn a_wall_that_nearly_touches_stops_the_ray() {
 fn light_does_not_pass_thin_sheets_of_two_sides() {
     let mut scene = room(DVec3::new(2.0, 1.0, 1.0));
     let first = scene.triangles.len() as u32;
-    // A sheet right across the room, in its walls but sharing no corner with them.
+    // A sheet across the whole room, ending in its walls but without shared corners.
     let sheet = [[0.9, 0.0, 0.0], [0.9, 1.0, 0.0], [0.9, 1.0, 1.0], [0.9, 0.0, 1.0]].map(DVec3::from);
     scene.vertices_m.extend(sheet);
     scene.triangles.extend([[8, 9, 10], [8, 10, 11]]);
@@ -335,7 +335,7 @@ fn balls_are_met_exactly_and_do_not_shadow_themselves() {
         if towards.length() < radius_m {
             continue;
         }
-        // Rays that pass the rim within 1e-5 m are f32's to decide.
+        // Results for rays that pass the rim within 1e-5 m depend on f32 rounding, so they are skipped.
         let aim = (towards + 0.6 * random.unit()).normalize();
         let miss_m = (towards - towards.dot(aim) * aim).length();
         if (miss_m - radius_m).abs() > 1e-5 && towards.dot(aim) > 0.0 {
@@ -359,7 +359,7 @@ fn balls_are_met_exactly_and_do_not_shadow_themselves() {
 fn many_triangles_in_one_place_do_not_overflow_the_walk() {
     let mut vertices_m = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut triangles = vec![[0, 1, 2]; 2_000];
-    // And one behind another, each half as large.
+    // Adds triangles one behind another, each half as large.
     for level in 0..60 {
         let size = 0.5f64.powi(level);
         let first = vertices_m.len() as u32;
@@ -381,7 +381,7 @@ fn an_empty_scene_is_met_nowhere() {
 
 #[test]
 fn in_a_convex_room_the_planes_say_what_the_tree_says() {
-    // Places in a room, on its surfaces, on lifted sides and outside of it: 20,000 pairs.
+    // Points in a room, on its surfaces, on lifted sides and outside: 20,000 pairs.
     let scene = room(DVec3::new(4.0, 3.0, 2.5));
     let tracer = Tracer::new(&scene);
     let hull = tracer.hull.as_ref().expect("an empty room is convex");

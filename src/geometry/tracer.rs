@@ -1,4 +1,4 @@
-//! The room's face: metres and f64 outside, the scaled f32 world inside.
+//! The interface of the geometry: metres and f64 outside, the scaled f32 coordinates inside.
 
 use std::sync::Arc;
 
@@ -14,22 +14,20 @@ use super::tree::{Found, Tree};
 use super::triangle::{Ray, Slot};
 use crate::scene::{Scene, Side, body_of};
 
-/// Least weight of a corner that pulling off the edges may ask for: small triangles are not pulled to a point.
+/// Upper limit of a corner's least weight for pulling points off the edges, so that small triangles do not shrink to a point.
 const LARGEST_PULL: f64 = 0.25;
 
-/// How many times further a point is pulled off the edges if a ray from it found nothing.
+/// Factors by which a point is pulled further off the edges if a ray from it found nothing.
 const SECOND_LOOKS: [f32; 2] = [16.0, 256.0];
 
-/// How far aside a point is moved, in scaled coordinates, if a ray from it met a back: a solid that stands on a
-/// surface without sharing its vertices leaves a crack of some 2⁻²⁴ below its edge, through which a flat ray may have
-/// slipped this far inside.
+/// Distances by which a point is moved aside, in scaled coordinates, if a ray from it met a back. A solid that stands on a surface without
+/// sharing its vertices leaves a crack of about 2⁻²⁴ below its edge. A flat ray may have entered the solid this far through the crack.
 const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
 
-/// Share of a corner below which a crossing may lie on an edge: where triangles are no lower than 2⁻⁹, rounding
-/// (2⁻²³) stays below it.
+/// Share of a corner below which a crossing may lie on an edge. For triangles with heights of at least 2⁻⁹, rounding (2⁻²³) stays below it.
 const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 
-/// Distance in scaled coordinates between two fronts that rounding may have exchanged where one is seen edge-on.
+/// Distance in scaled coordinates within which rounding may have exchanged two fronts, one of them seen edge-on.
 const LONGEST_EXCHANGE: f32 = 1.0 / (1u32 << 14) as f32;
 
 /// Where a ray meets a surface.
@@ -56,37 +54,37 @@ pub enum Meeting {
     Nothing,
 }
 
-/// What a surface origin needs to know of a triangle.
+/// The data of a triangle that a surface origin needs.
 #[derive(Clone, Copy, Debug)]
 struct Footing {
-    /// A place of the triangle in the tree.
+    /// A slot of the triangle in the tree.
     slot: u32,
     /// Unit normal of the front.
     normal: Vec3,
-    /// Least weights of the corners off the edges.
+    /// Least weights of the corners that keep a point off the edges.
     least: Vec3,
-    /// Whether its back is a side like its front.
+    /// Whether its back counts as a side like its front.
     two_sided: bool,
 }
 
 /// Finds what rays meet among the triangles and balls of one scene.
 ///
-/// Built once; shared between threads. A closed room of triangles that share their vertices has no leaks: no ray
-/// escapes through its edges and corners, and none meets a back. Answers do not depend on the processor's vector
-/// instructions, nor on the order in which the tree is walked.
+/// It is built once and shared between threads. A closed room of triangles that share their vertices has no leaks: no ray escapes through
+/// its edges and corners, and none meets a back. Answers do not depend on the processor's vector instructions, nor on the order in which
+/// the tree is walked.
 ///
 /// Accuracy: [`Tracer::position_accuracy_m`].
 pub struct Tracer {
     frame: Frame,
     pub(super) tree: Tree,
-    /// Where nothing can stand between two places.
+    /// The planes of a convex scene, in which nothing can stand between two points.
     pub(super) hull: Option<Hull>,
     footings: Vec<Footing>,
-    /// Place of each luminaire's ball in the tree's list.
+    /// Index of each luminaire's ball in the tree's list.
     balls: Vec<Option<u32>>,
 }
 
-/// [`Tracer::position_accuracy_m`] of a scene's tracer, without building it.
+/// Returns [`Tracer::position_accuracy_m`] of a scene's tracer without building the tracer.
 pub fn position_accuracy_m(scene: &Scene) -> f64 {
     position_accuracy_in_m(Frame::of(scene))
 }
@@ -96,8 +94,8 @@ fn position_accuracy_in_m(frame: Frame) -> f64 {
 }
 
 impl Tracer {
-    /// Builds the tree of a scene's triangles and of the balls among its luminaires, which are black and opaque and
-    /// met exactly.
+    /// Builds the tree of a scene's triangles and of the balls among its luminaires. The balls are black and opaque, and rays meet them
+    /// exactly.
     pub fn new(scene: &Scene) -> Tracer {
         let frame = Frame::of(scene);
         let mut balls = Vec::new();
@@ -126,30 +124,30 @@ impl Tracer {
         Tracer { frame, tree, hull, footings, balls: balls_of_luminaires }
     }
 
-    /// A point in free space, such as a point luminaire or an observer.
+    /// Makes an origin in free space, for example a point luminaire or an observer.
     pub fn free_origin(&self, point_m: DVec3) -> Origin {
         Origin { point: self.frame.round(point_m).into(), normal: Vec3::ZERO, anchor: Anchor::Free }
     }
 
-    /// A receiver or luminaire that may lie on a surface: it belongs to the side that its unit normal points to, and
-    /// what it lies on does not shadow it.
+    /// Makes an origin for a receiver or luminaire that may lie on a surface. It belongs to the side that its unit normal points to, and
+    /// the surface that it lies on does not shadow it.
     pub fn side_origin(&self, point_m: DVec3, normal: DVec3) -> Origin {
         Origin::lifted(self.frame.to_local(point_m), normal, Anchor::Side)
     }
 
-    /// A point of a triangle, by the weights of its second and third corner, on one of its sides: a hit, or a sampled
-    /// point of an element or an area luminaire.
+    /// Makes an origin at a point of a triangle, given by the weights of its second and third corner, on one of its sides. The point is a
+    /// hit or a sampled point of an element or area luminaire.
     ///
-    /// The point is lifted off its surface and pulled off the edges of its triangle by some millionths of the scene's
-    /// size ([`Tracer::position_accuracy_m`]).
+    /// The point is lifted off its surface and pulled off the edges of its triangle by some millionths of the scene's size
+    /// ([`Tracer::position_accuracy_m`]).
     #[inline]
     pub fn surface_origin(&self, triangle: u32, barycentric: [f64; 2], side: Side) -> Origin {
         self.surface_origin_pulled(triangle, barycentric, side, 1.0)
     }
 
-    /// A point of a luminaire's ball, whose outside it belongs to.
+    /// Makes an origin at a point of a luminaire's ball, on its outside.
     ///
-    /// The luminaire must be a [`crate::scene::Emission::Sphere`]; of any other kind the point counts as free.
+    /// The luminaire must be a [`crate::scene::Emission::Sphere`]; for any other kind the point counts as free.
     pub fn ball_origin(&self, luminaire: u32, point_m: DVec3) -> Origin {
         let Some(ball) = self.balls.get(luminaire as usize).copied().flatten() else {
             return self.free_origin(point_m);
@@ -159,10 +157,10 @@ impl Tracer {
         Origin::lifted(point, normal, Anchor::Ball { luminaire })
     }
 
-    /// What a ray with this unit direction meets first. There is no smallest distance: a wall that nearly touches
-    /// the origin stops the ray.
+    /// Returns what a ray with this unit direction meets first. There is no smallest distance: a wall that nearly touches the origin stops
+    /// the ray.
     ///
-    /// The direction is taken to leave the side that the origin lies on; the origin's own triangle is never met.
+    /// The direction must leave the side that the origin lies on. The ray never meets the origin's own triangle.
     #[inline]
     pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let along = direction.as_vec3a();
@@ -174,20 +172,20 @@ impl Tracer {
         }
     }
 
-    /// The same without a look from beside the origin: within a solid that reaches through the surface that the ray leaves, the ray meets
-    /// the solid's inside, and is not taken to have slipped below its edge.
+    /// Returns the same as `first_hit`, but never tries again from beside the origin. If the ray leaves the surface inside a solid that
+    /// goes through this surface, the ray meets the inside of the solid. It is not treated as a ray that slipped below the solid's edge.
     #[inline]
     pub fn first_hit_from_there(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let ray = Ray::new(origin.point, direction.as_vec3a());
         self.tree.closest(&ray, origin).map_or_else(|| self.first_hit(origin, direction), |found| self.meeting(&found))
     }
 
-    /// Whether the front of another surface touches the one that an origin lies on, just there: a solid stands on it.
+    /// Whether the front of another surface touches the surface at the origin's position, as where a solid stands on it.
     pub fn is_pressed(&self, origin: &Origin) -> bool {
         self.tree.pressed(&Ray::new(origin.point, origin.normal.into()), origin).is_some()
     }
 
-    /// Whether anything stands between two origins. In a convex scene the answer is known without a ray.
+    /// Whether anything stands between two origins. In a convex scene no ray is needed.
     #[inline]
     pub fn is_occluded(&self, from: &Origin, to: &Origin) -> bool {
         let difference = to.point - from.point;
@@ -199,13 +197,13 @@ impl Tracer {
             || !self.is_within_hull(from, to) && self.tree.blocks(&Ray::new(from.point, difference), from, to)
     }
 
-    /// Whether both origins lie within a convex scene.
+    /// Whether both origins lie inside a convex scene.
     #[inline]
     fn is_within_hull(&self, from: &Origin, to: &Origin) -> bool {
         self.hull.as_ref().is_some_and(|hull| hull.holds(from) && hull.holds(to))
     }
 
-    /// Whether anything stands within a distance along a unit direction; the far end is a point in free space.
+    /// Whether anything stands within a distance along a unit direction. The far end is a point in free space.
     #[inline]
     pub fn is_occluded_towards(&self, from: &Origin, direction: DVec3, distance_m: f64) -> bool {
         let difference = direction * self.frame.length(distance_m);
@@ -215,30 +213,29 @@ impl Tracer {
         along != Vec3A::ZERO && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
     }
 
-    /// Where an origin is in m, with what f32 leaves of it.
+    /// Returns the position of an origin in m, as rounded to f32.
     #[inline]
     pub fn position_m(&self, origin: &Origin) -> DVec3 {
         self.frame.to_metres(origin.point.as_dvec3())
     }
 
-    /// What f32 leaves, in m: points are rounded, lifted and told from a surface within this length, so that gaps
-    /// wider than it are seen. (Next to edges a surface point moves within its surface by up to eight times as much,
-    /// more in sharp corners.)
+    /// Returns the position accuracy of f32 in m. Points are rounded, lifted and distinguished from a surface within this length, so wider
+    /// gaps are seen. (Next to edges a surface point moves within its surface by up to eight times this length, and more in sharp corners.)
     pub fn position_accuracy_m(&self) -> f64 {
         position_accuracy_in_m(self.frame)
     }
 
-    /// Corners of a cube that holds the scene, in m.
+    /// Returns the corners of a cube that contains the scene, in m.
     pub fn bounds_m(&self) -> [DVec3; 2] {
         [-1.0, 1.0].map(|corner| self.frame.to_metres(DVec3::splat(corner)))
     }
 
-    /// No two places of the scene are farther apart than this, in m.
+    /// Returns an upper bound of the distance between two points of the scene, in m.
     pub fn longest_m(&self) -> f64 {
         self.frame.metres(12f64.sqrt())
     }
 
-    /// A length of the tracer's coordinates in m.
+    /// Converts a length of the tracer's coordinates to m.
     pub(super) fn metres(&self, length: f64) -> f64 {
         self.frame.metres(length)
     }
@@ -290,7 +287,7 @@ impl Tracer {
         found.crossing.sum > 0.0 || self.footings.get(found.primitive as usize).is_none_or(|footing| footing.two_sided)
     }
 
-    /// Whether a crossing is beyond doubt: it lies off the edges, and is no one-sided back.
+    /// Whether a crossing is certain: it lies off the edges and is not a one-sided back.
     #[inline]
     fn is_plain(&self, found: &Found) -> bool {
         let crossing = &found.crossing;
@@ -301,11 +298,11 @@ impl Tracer {
         shares.min_element() >= EDGE_SHARE * crossing.sum.abs() && self.is_side(found)
     }
 
-    /// Which triangle a ray meets first where several cross it within rounding, as at edges: a front rather than a
-    /// back, and no front that stands on the far side of a back.
+    /// Decides which triangle a ray meets first where several cross it within rounding, for example at edges. A front goes before a back,
+    /// but a front on the far side of a back does not.
     #[cold]
     fn settle(&self, ray: &Ray, origin: &Origin) -> Meeting {
-        // A height's rounding moves the crossing the more, the flatter the ray; balls are exact.
+        // The rounding of a height moves the crossing more for a flatter ray. Balls are exact.
         let noise = |one: &Found| {
             let cosine = |footing: &Footing| ray.direction.dot(footing.normal.into()).abs().max(RESOLUTION as f32);
             RESOLUTION as f32 / self.footings.get(one.primitive as usize).map_or(1.0, cosine)
@@ -322,7 +319,7 @@ impl Tracer {
             all.iter().filter(tied).partition(|one| one.crossing.sum >= 0.0);
         let on_this_side = |front: &&&Found| !backs.iter().any(|back| self.is_beyond(front, back));
         if let Some(first) = fronts.iter().find(on_this_side).or(fronts.first()) {
-            // The distance to a front that is seen edge-on means little: a steeper one beside it goes first.
+            // The distance to a front seen edge-on is inaccurate, so a steeper front beside it goes first.
             let beside = |front: &&&Found| (front.crossing.t - first.crossing.t).abs() <= LONGEST_EXCHANGE;
             let steepest = fronts.iter().filter(on_this_side).filter(beside);
             let steepest = steepest.min_by(|one, other| noise(one).total_cmp(&noise(other)));
@@ -335,7 +332,7 @@ impl Tracer {
         }
     }
 
-    /// Whether a triangle stands wholly in front of another's plane.
+    /// Whether a triangle lies wholly in front of another's plane.
     fn is_beyond(&self, one: &Found, other: &Found) -> bool {
         let footing = |found: &Found| self.footings.get(found.primitive as usize);
         let (Some(one), Some(other)) = (footing(one), footing(other)) else {
@@ -347,8 +344,8 @@ impl Tracer {
         heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 
-    /// A ray that found nothing may have started in a corner too tight for f32: if its origin lies near an edge of
-    /// its triangle, look again from further in before letting it go.
+    /// Repeats a ray that found nothing. It may have started in a corner too tight for f32. If its origin lies near an edge of its
+    /// triangle, it is traced again from further inside the triangle.
     #[cold]
     fn look_from_further_in(&self, origin: &Origin, along: Vec3A) -> Meeting {
         let Anchor::Triangle { triangle, side, barycentric } = origin.anchor else {
@@ -367,8 +364,8 @@ impl Tracer {
         self.tree.pressed(&Ray::new(origin.point, along), origin).map_or(Meeting::Nothing, |found| self.meeting(&found))
     }
 
-    /// A ray from a surface that met the back of a one-sided surface may have started in the crack below a solid that
-    /// stands there: look again from around its origin whether it meets a front from there.
+    /// Repeats a ray from a surface that met the back of a one-sided surface. It may have started in the crack below a solid that stands
+    /// there. It is traced again from points around its origin, in search of a front.
     #[cold]
     fn look_from_aside(&self, origin: &Origin, along: Vec3A, found: &Found) -> Meeting {
         let Anchor::Triangle { .. } = origin.anchor else {
@@ -385,7 +382,7 @@ impl Tracer {
                 }
             }
         }
-        // Deep in a crack, light goes to and fro between the two surfaces until they absorb it.
+        // Deep in a crack, light goes back and forth between the two surfaces until they absorb it.
         match self.tree.pressed(&Ray::new(origin.point, along), origin) {
             Some(pressed) => self.meeting(&pressed),
             None => self.meeting(found),
@@ -396,7 +393,7 @@ impl Tracer {
 fn footing_of(slot: u32, corners: Slot, two_sided: bool) -> Footing {
     let [a, b, c] = corners.corners();
     let twice_area_vector = (b - a).cross(c - a);
-    // The weight of a corner is the height above the edge across over the height of the corner.
+    // The weight of a corner is the height above the opposite edge, divided by the height of the corner.
     let edges = DVec3::new(b.distance(c), c.distance(a), a.distance(b));
     let least = PULL * edges / twice_area_vector.length().max(f64::MIN_POSITIVE);
     Footing {

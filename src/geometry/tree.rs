@@ -1,8 +1,8 @@
-//! The tree over all that rays can meet, and the two walks through it: to what is met first, and to whatever lies between.
+//! The tree over all that rays can meet, and the two walks through it: one finds the first hit, the other finds anything in between.
 //!
-//! obvhs builds a tree of pairs, which stands here as nodes of eight boxes over blocks of eight triangles: boxes and triangles are tested
+//! obvhs builds a binary tree. Here it becomes nodes of eight boxes over blocks of eight triangles, so that boxes and triangles are tested
 //! side by side. The test of boxes starts a little before the origin ([`super::origin::BEFORE`]), so that a ray from just above a floor
-//! does not miss it; the boxes are padded (`build`), which exceeds all the rounding of the test. Both versions of the walks, AVX2 and
+//! does not miss it. The boxes are padded (`build`) by more than all the rounding of the test. Both versions of the walks, AVX2 and
 //! portable, do the same operations in the same order and give the same bits.
 
 use std::mem::MaybeUninit;
@@ -17,10 +17,10 @@ use super::origin::{BEFORE, Origin};
 use super::triangle::{Crossing, LANES, Lanes, Ray, Slot};
 use crate::scene::body_of;
 
-/// Children that wait on a walk's stack, at most: all but one of every level, and the last level's.
+/// Largest number of children that wait on a walk's stack: all but one of every level, and the last level's.
 const STACK: usize = (LANES - 1) * DEEPEST + 1;
 
-/// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
+/// Distance from either end, in scaled coordinates, within which the sides of a triangle are checked before its crossing counts.
 const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
 
 /// Triangles and balls under an eight-wide tree.
@@ -28,24 +28,24 @@ pub(super) struct Tree {
     nodes: Nodes,
     pub balls: Vec<Ball>,
     pub bodies: Vec<LocalBody>,
-    /// Number of the scene's triangles; what has a higher number is a ball, then a body.
+    /// Number of the scene's triangles. Higher numbers belong to balls, and after them to bodies.
     triangles: u32,
-    /// Whether this processor has AVX2 and its kin.
+    /// Whether this processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     pub has_avx2: bool,
 }
 
-/// What a ray met first.
+/// The first hit of a ray.
 #[derive(Clone, Copy)]
 pub(super) struct Found {
-    /// Number of the triangle, or of the ball after all triangles.
+    /// Number of the triangle; balls and bodies are numbered after all triangles.
     pub primitive: u32,
-    /// Where the line crosses it.
+    /// Where the line of the ray crosses it.
     pub crossing: Crossing,
 }
 
 impl Tree {
-    /// Builds the tree over so many triangles with these rounded corners, leaves of bodies apart, and balls and bodies.
+    /// Builds the tree over triangles with these rounded corners, except the leaves of bodies, and over balls and bodies.
     pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>, bodies: Vec<LocalBody>) -> Tree {
         let flat: Vec<u32> = (0..triangles).filter(|triangle| body_of(&bodies, *triangle).is_none()).collect();
         let around = |of: &LocalBody| Ball {
@@ -69,31 +69,31 @@ impl Tree {
         }
     }
 
-    /// Numbers of the slots that hold a triangle, and its number in the scene; balls follow after the last triangle.
+    /// Returns the numbers of the slots that hold a triangle with its number in the scene. Balls follow after the last triangle.
     pub fn slots(&self) -> impl Iterator<Item = (usize, u32)> {
         self.nodes.filled()
     }
 
-    /// What stands in a slot.
+    /// Returns the content of a slot.
     #[inline]
     pub fn slot(&self, slot: usize) -> Slot<'_> {
         self.nodes.blocks[slot / LANES].slot(slot % LANES)
     }
 
-    /// The luminaire of a ball, or `None` if the primitive is none.
+    /// Returns the luminaire of a ball; `None` if the primitive is not a ball.
     #[inline]
     pub fn luminaire(&self, primitive: u32) -> Option<u32> {
         self.balls.get(primitive.checked_sub(self.triangles)? as usize).map(|ball| ball.luminaire)
     }
 
-    /// The smooth body that a primitive is, if it is one.
+    /// Returns the smooth body of a primitive, if it is one.
     #[inline]
     pub fn body(&self, primitive: u32) -> Option<&LocalBody> {
         let after = primitive.checked_sub(self.triangles)?;
         self.bodies.get((after as usize).checked_sub(self.balls.len())?)
     }
 
-    /// What the ray meets first.
+    /// Returns the first hit of the ray.
     #[inline]
     pub fn closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
         #[cfg(target_arch = "x86_64")]
@@ -104,7 +104,7 @@ impl Tree {
         self.closest_portable(ray, origin)
     }
 
-    /// Whether anything lies between two origins; the ray runs from the first, and its direction is the difference.
+    /// Whether anything lies between two origins. The ray starts at the first, and its direction is the difference.
     #[inline]
     pub fn blocks(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -115,7 +115,7 @@ impl Tree {
         self.blocks_portable(ray, from, to)
     }
 
-    /// All crossings that count along the ray, in no order.
+    /// Returns all crossings that count along the ray, in no order.
     #[cold]
     pub fn crossings(&self, ray: &Ray, origin: &Origin) -> Vec<Found> {
         let mut all = Vec::new();
@@ -127,7 +127,8 @@ impl Tree {
         all
     }
 
-    /// All slots that the line of a ray crosses in boxes that it enters before a distance, and where.
+    /// Passes to `each` all slots that the line of a ray crosses, with the crossings. It searches the boxes that the line enters before
+    /// `last`.
     fn for_each_crossing(&self, ray: &Ray, last: f32, mut each: impl FnMut(usize, Crossing)) {
         let mut open = if self.nodes.nodes.is_empty() { vec![] } else { vec![Child::ROOT] };
         while let Some(child) = open.pop() {
@@ -147,7 +148,7 @@ impl Tree {
         }
     }
 
-    /// The same as [`Tree::blocks`] by asking every triangle and ball in turn.
+    /// Gives the answer of [`Tree::blocks`] by testing every triangle and ball in turn.
     #[cold]
     pub fn blocks_one_by_one(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
         let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
@@ -164,13 +165,13 @@ impl Tree {
         })
     }
 
-    /// Whether of two crossings at the same distance the first goes first, whatever the order of the walk.
+    /// Whether the first of two crossings at the same distance takes precedence, independent of the order of the walk.
     #[cold]
     fn is_before(&self, slot: usize, other: usize) -> bool {
         self.nodes.primitives[slot] < self.nodes.primitives.get(other).copied().unwrap_or(u32::MAX)
     }
 
-    /// The front that is pressed onto the origin's surface just where the origin is, if there is one.
+    /// Returns the front that touches the origin's surface at the origin's position, if there is one.
     #[cold]
     pub fn pressed(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
         let mut pressed = None;
@@ -183,8 +184,8 @@ impl Tree {
         pressed
     }
 
-    /// Whether a crossing counts: a front seen from in front, a back from behind, or a ball; completes crossings
-    /// whose distance is not a number.
+    /// Whether a crossing counts: a front seen from in front, a back seen from behind, or a ball. It completes crossings whose distance is
+    /// NaN.
     #[inline]
     fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> bool {
         let primitive = self.nodes.primitives[slot];
@@ -212,8 +213,7 @@ impl Tree {
             && origin.is_in_front(self.slot(slot)) == (crossing.sum > 0.0)
     }
 
-    /// Whether a crossing near an end of a segment, or one that is not a number, blocks it: its ends must lie on
-    /// different sides.
+    /// Whether a crossing near an end of a segment, or one with a NaN distance, blocks the segment. The ends must lie on different sides.
     #[inline]
     fn parts(&self, ray: &Ray, from: &Origin, to: &Origin, slot: usize, crossing: &Crossing) -> bool {
         let primitive = self.nodes.primitives[slot];
@@ -241,7 +241,7 @@ impl Tree {
     }
 }
 
-/// Defines the two walks with one way to gather signs.
+/// Defines the two walks for one method of gathering signs.
 macro_rules! walks {
     ($(#[$attribute:meta])* $signs:ident, $closest:ident, $blocks:ident) => {
         impl Tree {
@@ -250,7 +250,7 @@ macro_rules! walks {
                 let mut found = Crossing::NONE;
                 let mut found_slot = usize::MAX;
                 let mut rank = f32::INFINITY;
-                // Children that wait, with the distances at which their boxes are entered.
+                // Children that wait, with the distances at which the ray enters their boxes.
                 let mut stack = Stack::<(Child, f32)>::new();
                 let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
                 while let Some(child) = next {
@@ -358,7 +358,7 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("bmi2")
 }
 
-/// What waits for a walk.
+/// The waiting entries of a walk.
 struct Stack<T> {
     waiting: [MaybeUninit<T>; STACK],
     count: usize,
@@ -384,13 +384,13 @@ impl<T: Copy> Stack<T> {
 
     #[inline(always)]
     fn at(&self, place: usize) -> T {
-        // SAFETY: all places below the count have been written, and this is one of them or just was.
+        // SAFETY: all entries below the count have been written, and this is one of them or was written just now.
         unsafe { self.waiting[place].assume_init() }
     }
 }
 
 impl Stack<(Child, f32)> {
-    /// Pushes a child below those after a place that are nearer.
+    /// Pushes a child below the nearer ones. It does not move below position `after`.
     #[inline(always)]
     fn push_sorted(&mut self, after: usize, one: (Child, f32)) {
         let mut place = self.count;
@@ -403,8 +403,7 @@ impl Stack<(Child, f32)> {
     }
 }
 
-/// Which boxes of a node the ray enters between two distances, and where. `signs` gives the top bits of
-/// eight words.
+/// Returns which boxes of a node the ray enters between two distances, and at which distances. `signs` gathers the top bits of eight words.
 #[inline(always)]
 fn enter(
     node: &WideNode,
@@ -430,19 +429,19 @@ fn enter(
     (Lanes(signs(&entered)), enters)
 }
 
-/// The top bits of eight words, that of the first word last.
+/// Returns the top bits of eight words; that of the first word is the lowest bit.
 #[inline(always)]
 fn signs_portable(words: &[u32; LANES]) -> u32 {
     words.iter().rev().fold(0, |signs, word| signs << 1 | word >> 31)
 }
 
-/// The same at once.
+/// Does the same with one vector instruction.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 #[inline]
 fn signs_avx2(words: &[u32; LANES]) -> u32 {
     use std::arch::x86_64::{_mm256_castsi256_ps, _mm256_loadu_si256, _mm256_movemask_ps};
-    // SAFETY: eight words of four bytes lie there.
+    // SAFETY: the pointer is valid for eight words of four bytes.
     let words = unsafe { _mm256_loadu_si256(words.as_ptr().cast()) };
     _mm256_movemask_ps(_mm256_castsi256_ps(words)) as u32
 }

@@ -1,28 +1,28 @@
 //! The watertight ray–triangle test (Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
 //!
-//! The ray's frame puts its origin at zero and its direction along z: vertices are translated and sheared one by one,
-//! and the triangle is hit if zero lies inside its projection. Translating and shearing round, but the same vertex
-//! always rounds the same, so that a closed mesh stays closed. The edge functions are two products and a difference,
-//! each rounded once and never fused: rounding is monotone, so the sign of the difference is never wrong, only zero.
-//! Zero counts as inside for both triangles at an edge, hence nothing slips between them.
+//! In the ray's frame its origin is zero and its direction is z. Vertices are translated and sheared one by one. The triangle is hit if
+//! zero lies inside its projection. Translating and shearing round, but the same vertex always rounds the same way, so a closed mesh stays
+//! closed. Each edge function is the difference of two products, rounded separately and never fused. Rounding is monotone, so the sign of
+//! the difference is never wrong; it can only become zero. Zero counts as inside for both triangles at an edge, so no ray slips between
+//! them.
 
 use glam::{DVec3, Vec3, Vec3A};
 
-/// Smallest component of a direction that the slab test divides by: a ray turned by so little moves by less than
-/// 2⁻⁵⁸ on its way through the scene, while infinities (and 0 · ∞) never arise.
+/// Smallest component of a direction that the slab test divides by. A ray that is turned by this moves by less than 2⁻⁵⁸ on its way through
+/// the scene. Infinities (and 0 · ∞) never arise.
 const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
 
-/// The axis with the largest component, by whether x is above y (1), x above z (2) and y above z (4).
+/// Axis with the largest component, indexed by whether x is above y (1), x above z (2) and y above z (4).
 const LARGEST: [usize; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
-/// Axes of a ray's frame by its last one and whether the ray runs up that: it swaps the other two then, so that it always sees fronts
-/// counter-clockwise.
+/// Axes of a ray's frame, indexed by the last axis and by whether the ray goes up along it. In that case the other two axes are exchanged,
+/// so that fronts always appear counter-clockwise.
 const FRAMES: [[[usize; 3]; 2]; 3] = [[[1, 2, 0], [2, 1, 0]], [[2, 0, 1], [0, 2, 1]], [[0, 1, 2], [1, 0, 2]]];
 
-/// Triangles side by side.
+/// Number of triangles side by side.
 pub(super) const LANES: usize = 8;
 
-/// Up to eight triangles side by side: of each axis, of each corner, the coordinate of each triangle. Empty places hold no numbers, and
-/// no ray meets them.
+/// Up to eight triangles side by side: for each axis and each corner, the coordinate of each triangle. Empty places hold NaN, and no ray
+/// meets them.
 #[derive(Clone)]
 #[repr(C, align(32))]
 pub(super) struct Block {
@@ -39,8 +39,8 @@ pub(super) struct Slot<'a> {
 impl Block {
     pub const EMPTY: Block = Block { corners: [[[f32::NAN; LANES]; 3]; 3] };
 
-    /// Puts a triangle into a place. One whose corners coincide stands for something else: every ray meets it at a distance that is
-    /// not a number, and thereby takes a closer look.
+    /// Puts a triangle into a place. A triangle whose corners coincide represents another object. Every ray meets it at a NaN distance,
+    /// which triggers an exact test.
     pub fn set(&mut self, lane: usize, corners: [Vec3; 3]) {
         for (corner, place) in corners.into_iter().enumerate() {
             for axis in 0..3 {
@@ -49,7 +49,7 @@ impl Block {
         }
     }
 
-    /// The triangle in a place, 0 to 7.
+    /// Returns the triangle in a place, 0 to 7.
     #[inline]
     pub fn slot(&self, lane: usize) -> Slot<'_> {
         Slot { block: self, lane }
@@ -57,49 +57,49 @@ impl Block {
 }
 
 impl Slot<'_> {
-    /// The rounded corners.
+    /// Returns the rounded corners.
     #[inline]
     pub fn corners_f32(self) -> [Vec3A; 3] {
         let [x, y, z] = &self.block.corners;
         [0, 1, 2].map(|corner| Vec3A::new(x[corner][self.lane], y[corner][self.lane], z[corner][self.lane]))
     }
 
-    /// The rounded corners, exact in f64.
+    /// Returns the rounded corners, exactly converted to f64.
     #[inline]
     pub fn corners(self) -> [DVec3; 3] {
         self.corners_f32().map(|corner| corner.as_dvec3())
     }
 }
 
-/// A ray in the tracer's coordinates with what the tests derive from it once.
+/// A ray in the tracer's coordinates, with values that the tests derive from it once.
 pub(super) struct Ray {
     pub origin: Vec3A,
     pub direction: Vec3A,
     /// Reciprocal of the direction, finite.
     pub inverse: Vec3A,
-    /// Axes of the ray's frame: the direction's largest component comes last.
+    /// Axes of the ray's frame. The axis of the direction's largest component is last.
     axes: [usize; 3],
     /// The origin's components in that order.
     translation: [f32; 3],
     shear: [f32; 2],
     /// Reciprocal of the direction's largest component.
     scale: f32,
-    /// Of each axis, which of a node's two planes is the near one: the low one, 0, or the high one, 1, where the ray runs down.
+    /// For each axis, which of a node's two planes is the near one: the low one, 0, or the high one, 1, where the ray goes down.
     pub near: [usize; 3],
 }
 
-/// Where a ray runs through a triangle. The weights of the corners share one sign: positive if it comes from the front.
+/// Where a ray goes through a triangle. The weights of the corners have one sign, positive if the ray comes from the front.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing {
-    /// Distance in units of the ray's direction; not a number for edge-on triangles and for those that are none.
+    /// Distance in units of the ray's direction. NaN for edge-on triangles and for entries that represent other objects.
     pub t: f32,
-    /// Undivided weights of the corners.
+    /// Weights of the corners, not divided by their sum.
     pub weights: Vec3,
     /// Sum of the weights.
     pub sum: f32,
 }
 
-/// Some of what stands side by side, one bit each, the first one's the lowest; gives their numbers in turn.
+/// A subset of the lanes, one bit each, the first lane in the lowest bit. As an iterator it returns their numbers in turn.
 #[derive(Clone, Copy)]
 pub(super) struct Lanes(pub u32);
 
@@ -114,9 +114,9 @@ impl Iterator for Lanes {
     }
 }
 
-/// Where a ray runs through triangles side by side.
+/// Where a ray goes through triangles side by side.
 pub(super) struct Crossings {
-    /// Those that are crossed.
+    /// The crossed triangles.
     pub lanes: Lanes,
     pub t: [f32; LANES],
     weights: [[f32; LANES]; 3],
@@ -124,7 +124,7 @@ pub(super) struct Crossings {
 }
 
 impl Crossings {
-    /// That of a triangle that is crossed.
+    /// Returns the crossing of one crossed triangle.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Crossing {
         let weights = Vec3::from(self.weights.map(|lanes| lanes[lane]));
@@ -132,15 +132,14 @@ impl Crossings {
     }
 }
 
-/// A back counts as this much farther than it is, in units of the direction, so that of two skins in one plane,
-/// rounded differently, a ray meets the front.
+/// Extra distance of a back, in units of the direction. Of two coplanar skins that are rounded differently, a ray then meets the front.
 const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
 
 impl Crossing {
     /// No crossing.
     pub const NONE: Crossing = Crossing { t: f32::INFINITY, weights: Vec3::ZERO, sum: 0.0 };
 
-    /// Distance by which crossings are ordered.
+    /// Returns the distance by which crossings are ordered.
     #[inline(always)]
     pub fn rank(&self) -> f32 {
         self.t + if self.sum < 0.0 { SKIN } else { 0.0 }
@@ -148,13 +147,13 @@ impl Crossing {
 }
 
 impl Ray {
-    /// The direction need not have unit length, but some length.
+    /// Makes a ray. The direction need not have unit length, but must not be zero.
     #[inline]
     pub fn new(origin: Vec3A, direction: Vec3A) -> Ray {
         let magnitude = direction.abs();
         let along = direction.to_array();
         let [x_y, x_z, y_z] = [(0, 1), (0, 2), (1, 2)].map(|(one, other)| magnitude[one] > magnitude[other]);
-        // By tables: no branch could foretell it.
+        // Uses tables, because a branch would be mispredicted.
         let last = LARGEST[usize::from(x_y) | usize::from(x_z) << 1 | usize::from(y_z) << 2];
         let axes = FRAMES[last][usize::from(along[last] > 0.0)];
         let from = origin.to_array();
@@ -177,7 +176,7 @@ impl Ray {
         }
     }
 
-    /// The corners of triangles side by side in the ray's frame: x, y and z of all three.
+    /// Returns the corners of triangles side by side in the ray's frame: x, y and z of all three.
     #[inline(always)]
     fn project(&self, block: &Block) -> [[[f32; LANES]; 3]; 3] {
         let mut projected = [[[0.0; LANES]; 3]; 3];
@@ -193,12 +192,12 @@ impl Ray {
         projected
     }
 
-    /// Where the line of the ray runs through triangles side by side, behind the origin too. `signs` gives the top bits of eight
-    /// words, that of the first word last.
+    /// Returns where the line of the ray goes through triangles side by side, behind the origin too. `signs` gathers the top bits of eight
+    /// words, that of the first word in the lowest bit.
     #[inline(always)]
     pub fn cross(&self, block: &Block, signs: impl Fn(&[u32; LANES]) -> u32) -> Crossings {
         let [x, y, z] = self.project(block);
-        // The weight of a corner is the edge function of the edge across.
+        // The weight of a corner is the edge function of the opposite edge.
         let mut weights = [[0.0; LANES]; 3];
         for (corner, weights) in weights.iter_mut().enumerate() {
             let (next, last) = ((corner + 1) % 3, (corner + 2) % 3);
@@ -211,7 +210,7 @@ impl Ray {
             let [a, b, c] = [weights[0][lane], weights[1][lane], weights[2][lane]];
             sum[lane] = a + b + c;
             t[lane] = (a * z[0][lane] + b * z[1][lane] + c * z[2][lane]) * self.scale / sum[lane];
-            // Of what is not a number no comparison holds.
+            // All comparisons with NaN are false.
             let front = (a >= 0.0) & (b >= 0.0) & (c >= 0.0);
             let back = (a <= 0.0) & (b <= 0.0) & (c <= 0.0);
             crossed[lane] = if front | back { u32::MAX } else { 0 };
@@ -219,9 +218,8 @@ impl Ray {
         Crossings { lanes: Lanes(signs(&crossed)), t, weights, sum }
     }
 
-    /// The same for a triangle that is seen so nearly edge-on that all its edge functions rounded to zero: f64
-    /// subtracts products of f32 without losing a sign. A triangle that is edge-on exactly is passed by, as its
-    /// neighbours cover its line.
+    /// Returns the crossing of a triangle that is so nearly edge-on that all its edge functions rounded to zero. In f64, differences of
+    /// products of f32 keep their sign. A triangle that is exactly edge-on is skipped, because its neighbours cover its line.
     #[cold]
     pub fn cross_edge_on(&self, slot: Slot) -> Option<Crossing> {
         let of_lane = |rows: [[f32; LANES]; 3]| rows.map(|row| f64::from(row[slot.lane]));

@@ -1,5 +1,5 @@
-//! Light of an entry of a map without a mesh, a sample at a time, with lines of sight of its own: what meshes are compared with, and
-//! what completes views whose gloss takes fewer rays so.
+//! Samples the light of an entry of a map without a mesh, with a new line of sight for each sample. Meshes are compared with it. It also
+//! completes views whose gloss takes fewer rays this way.
 
 use super::entries::Entries;
 use super::exact::{MeshPlace, look_at_all};
@@ -13,12 +13,12 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::ReceiverPoint;
 
-/// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
+/// Returns one unbiased sample of the direct light of an entry, and the number of rays. It uses no mesh and traces a new line of sight.
 pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
     sample(around, entries, entry, true, stream, |receiver, stream| look_at_all(around.stage, receiver, stream))
 }
 
-/// One unbiased sample of the indirect light of an entry, a walk from every place that is in it, and its rays.
+/// Returns one unbiased sample of the indirect light of an entry, with a walk from each of its points, and the number of rays.
 pub fn sample_indirect(
     around: &Surroundings,
     entries: &Entries,
@@ -30,7 +30,8 @@ pub fn sample_indirect(
     sample(around, entries, entry, false, stream, walk)
 }
 
-/// One sample of an entry by what its places are asked, in lx, with the rays that each asking takes; an eye sees luminaires too, if wished.
+/// Returns one sample of an entry in lx, and the number of rays. `ask` samples the light at each of its points and returns the rays for it.
+/// With `with_luminaires`, an eye also sees luminaires.
 fn sample(
     around: &Surroundings,
     entries: &Entries,
@@ -61,7 +62,7 @@ fn sample(
     (sum_lx, rays)
 }
 
-/// What a line of sight of its own shows, with one ray along each gloss.
+/// Returns what a new line of sight shows, with one ray along each gloss.
 fn look_again(
     around: &Surroundings,
     point: &ReceiverPoint,
@@ -82,7 +83,7 @@ fn look_again(
     (shown, places)
 }
 
-/// The eye of an entry that looks.
+/// Returns the eye of an entry that is a direction of view.
 fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Option<&'a ReceiverPoint> {
     match (entries.kind, &entries.sights) {
         (MapKind::Receivers(set), Some(_)) => Some(&around.scene.receivers[set].points[entry]),
@@ -90,8 +91,8 @@ fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Opt
     }
 }
 
-/// Indirect light of an entry that looks, by so many walks from one number on, each along a line of sight of its own; in two halves, and
-/// the rays they took.
+/// Returns the indirect light of an entry that is a direction of view, in two halves, and the number of rays. Each walk has a new line of
+/// sight. `walks` holds the number of the first walk and the count.
 pub fn walks_of_entry_lx(
     around: &Surroundings,
     entries: &Entries,

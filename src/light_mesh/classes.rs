@@ -1,33 +1,33 @@
-//! Kinds of places whose errors are alike, by what the mesh itself knows of them: the error of a single place is that of its kind.
+//! Classes of receiver points with similar errors, formed from the mesh's own data. The error of a single point is that of its class.
 //!
-//! Where all points of an open half ball agree, light is exact but for shadows that begin below the set. At the foot of a solid such shadows are
-//! common. Where the points disagree, the error grows with the light that they disagree about.
+//! Where all mesh points of an open half ball agree, light is exact except for shadows that begin below the set. Such shadows are common at
+//! the foot of a solid. Where the mesh points disagree, the error increases with the light on which they disagree.
 
 use super::judge::MeanSquare;
 use super::mesh::SetKind;
 use super::tracing::EntryLight;
 
-/// Classes of places whose sets disagree, from the least disputed light to the most.
+/// Number of classes of points whose sets disagree, from the least disputed light to the most.
 const LEVELS: usize = 4;
-/// Kinds of sets.
+/// Number of kinds of sets.
 const KINDS: usize = 3;
-/// Classes of all kinds: one more for those that agree.
+/// Number of classes over all kinds, including one per kind for sets that agree.
 pub const CLASSES: usize = KINDS * (LEVELS + 1);
-/// Places of each class that are checked at least, if it has so many.
+/// Least number of points of each class to check, if the class has this many.
 pub const LEAST_CHECKED: usize = 128;
-/// With nothing found in n places, what is looked for is in 3/n of all at most, with 95% probability.
+/// If none of n points shows a property, at most 3/n of all points have it, with 95% probability.
 const RULE_OF_THREE: f64 = 3.0;
-/// Part of the checked places of a class that twice its error should hold: 95% of all, with what the sample's chance may hide.
+/// Share of a class's checked points that twice its error must contain: 95% of all, plus a margin for the random error of the sample.
 const HELD: f64 = 0.97;
 
-/// The classes of a map's places.
+/// The classes of a map's points.
 pub struct Classes {
-    /// Disputed light of a quarter, a half and three quarters of the places whose sets disagree, in lx.
+    /// Quartiles of the disputed light of the points whose sets disagree, in lx.
     levels_lx: [f64; LEVELS - 1],
 }
 
 impl Classes {
-    /// Parts the places of a map.
+    /// Divides the points of a map into classes.
     pub fn of(lights: &[EntryLight]) -> Classes {
         let mut disputed_lx: Vec<f64> = lights.iter().map(|light| light.disputed_lx).filter(|lx| *lx > 0.0).collect();
         disputed_lx.sort_by(f64::total_cmp);
@@ -35,7 +35,7 @@ impl Classes {
         Classes { levels_lx: [level(1), level(2), level(3)] }
     }
 
-    /// The class of a place.
+    /// Returns the class of a point.
     pub fn class(&self, light: &EntryLight) -> usize {
         let level = if light.disputed_lx > 0.0 {
             1 + self.levels_lx.iter().filter(|level_lx| light.disputed_lx >= **level_lx).count()
@@ -45,8 +45,8 @@ impl Classes {
         kind(light.set) * (LEVELS + 1) + level
     }
 
-    /// Entries of classes of which fewer than [`LEAST_CHECKED`] are among those checked: every so manyth of the class, so
-    /// many as are missing.
+    /// Returns entries of those classes with fewer than [`LEAST_CHECKED`] checked points. It returns the missing number, spread evenly over
+    /// the class.
     pub fn missing(&self, lights: &[EntryLight], weights: &[f64], checked: &[usize]) -> Vec<usize> {
         let mut members: [Vec<usize>; CLASSES] = std::array::from_fn(|_| Vec::new());
         let counted = lights.iter().enumerate().filter(|(entry, light)| weights[*entry] > 0.0 && !light.is_known);
@@ -57,7 +57,7 @@ impl Classes {
         for (members, known) in members.iter().zip(known) {
             let most = LEAST_CHECKED.min(members.len());
             if known < most {
-                // The golden mean's multiples fall evenly, and into no few columns of a grid.
+                // Multiples of the golden ratio are spread evenly, and not concentrated in a few columns of a grid.
                 let place = |number: usize| ((number as f64 + 0.5) * GOLDEN).fract() * members.len() as f64;
                 missing.extend((0..most - known).map(|number| members[place(number) as usize]));
             }
@@ -69,7 +69,7 @@ impl Classes {
 /// 1/φ.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Number of a kind of set.
+/// Returns the number of a kind of set.
 pub fn kind(set: SetKind) -> usize {
     match set {
         SetKind::Open => 0,
@@ -78,9 +78,13 @@ pub fn kind(set: SetKind) -> usize {
     }
 }
 
-/// Mean squares of the products of each class, in lx²: what chance hides counts as large as chance could hide it, and where none of so many
-/// places was off, a few of the rest may be by as much as the map as a whole: 0 would mean exact. Where the products have `little_noise`, twice
-/// the error holds most of them: a luminaire that one point in eight says is hidden is so in one case in eight, and then the mean square is far too small.
+/// Returns the mean squares of the products of each class, in lx².
+///
+/// A mean square is at least as large as its standard error, since chance could hide this much. If none of the n points of a class was off,
+/// 0 would mean exact. So a share of 3/n of the other points may have the error of the whole map.
+///
+/// With `little_noise`, twice the error must contain most products. For example, one mesh point in eight says that a luminaire is hidden.
+/// It is then really hidden in one case in eight, and the mean square is far too small.
 pub fn squares_of<const N: usize>(products: &[(usize, f64)], whole: &MeanSquare, little_noise: bool) -> [f64; N] {
     std::array::from_fn(|class| {
         let mut of_class: Vec<f64> =

@@ -1,5 +1,5 @@
-//! Maps whose places are computed one by one, where that is cheaper than a mesh: shadow rays and walks from every place, in
-//! rounds, until chance takes no more than its part of the target.
+//! Maps whose points are computed one by one, where this is cheaper than a mesh. Shadow rays and walks from every point are added in rounds
+//! until random error takes at most its part of the target.
 
 use super::entries::Entries;
 use super::exact::looks_are_exact;
@@ -9,15 +9,15 @@ use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, mean_lx, random_lx};
 use super::walks::HALVES;
 
-/// Passes of shadow rays in each half, at most, where they have chance in them.
+/// Largest number of passes of shadow rays in each half, where these have random error.
 const MOST_PASSES: u64 = 1 << 20;
-/// Walks from a place at most.
+/// Largest number of walks from a receiver point.
 const MOST_WALKS: u32 = 1 << 20;
-/// Walks from a place in the first round.
+/// Walks from a receiver point in the first round.
 const FIRST_ROUND_WALKS: u32 = 16;
-/// Rays of a round, about: after each, clocks and the error are looked at.
+/// Approximate number of rays in a round. The clock and the error are checked after each round.
 const RAYS_OF_ROUND: f64 = 1e6;
-/// Part of the target that walks get at least, whatever direct light has taken.
+/// Least part of the target for walks, whatever direct light has used.
 const LEAST_SHARE: f64 = 0.3;
 
 /// Rounds that have been run.
@@ -25,17 +25,17 @@ const LEAST_SHARE: f64 = 0.3;
 pub struct Rounds {
     /// Passes of shadow rays over all luminaires in each half.
     pub passes: u64,
-    /// Walks from every place.
+    /// Walks from every receiver point.
     pub walks: u32,
 }
 
 impl Planner<'_> {
-    /// Whether shadow rays from every place have no chance in them.
+    /// Whether shadow rays from every receiver point have no random error.
     pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
         looks_are_exact(self.around.stage) && !entries.are_means() && !entries.show_gloss()
     }
 
-    /// Completes what the plan leaves to the places themselves.
+    /// Completes the part of the map that the plan leaves to the receiver points.
     pub(super) fn complete(
         &self,
         entries: &Entries,
@@ -54,9 +54,9 @@ impl Planner<'_> {
         rounds
     }
 
-    /// The target in lx for a map that is as bright as this, less what the last check's chance needs.
+    /// Returns the target in lx for a map of this brightness, reduced for the random error of the last check.
     fn target_lx(&self, entries: &Entries, lights: &[EntryLight]) -> Option<f64> {
-        // The error's estimate from k places, each with a difference of its own, is short by this in one case in twenty.
+        // With k points, each with an independent difference, the estimate of the error is too small by this factor in one case in twenty.
         let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
         let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
         self.wishes.target_error.map(|target| self.caution * target * mean_lx(entries, lights) / short)
@@ -83,7 +83,7 @@ impl Planner<'_> {
             }
             rounds.passes += more;
             let random_lx = random_lx(entries, lights, |light| light.direct_lx);
-            // Where indirect light is to come yet, its part of the brightness is not known: the target is as if it were dark.
+            // If indirect light is still missing, its part of the brightness is unknown. The target is computed as if it were 0.
             let share = if matches!(plan.indirect, IndirectPlan::Nothing) { SHARE_OF_ALL } else { SHARE_OF_DIRECT };
             let goes_on = self.target_lx(entries, lights).is_some_and(|target_lx| random_lx > share * target_lx);
             if !goes_on || rounds.passes >= MOST_PASSES || (self.stop)() {
@@ -107,7 +107,7 @@ impl Planner<'_> {
     ) {
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
-        // Places that gloss shows are many, and stand for a small part of a direction each.
+        // Gloss shows many surface points, each of which is a small part of a direction.
         let mut more = match (self.stop)() {
             _ if entries.show_gloss() && !entries.draw_sights() => HALVES as u32,
             true => HURRIED_PLACE_WALKS,
@@ -137,12 +137,13 @@ impl Planner<'_> {
     }
 }
 
-/// Samples that are missing of so many, whose random error is this many times what it may be: it falls with their root, at least.
+/// Returns the number of missing samples. The random error of `samples` samples is `excess` times the allowed one, and falls at least with
+/// the square root of their number.
 fn missing(samples: f64, excess: f64) -> f64 {
     (samples * (excess * excess - 1.0)).ceil()
 }
 
-/// Means of two halves over what was known before and what has come now.
+/// Returns the means of two halves over the earlier and the new samples.
 fn joined([before, now]: [f64; 2], [known_lx, found_lx]: [[f64; 2]; 2]) -> [f64; 2] {
     [0, 1].map(|half| (before * known_lx[half] + now * found_lx[half]) / (before + now))
 }

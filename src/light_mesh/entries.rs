@@ -1,5 +1,5 @@
-//! The entries of a map, and the places at which a mesh is asked for each: the receiver itself, points of an element, or
-//! the surfaces that an eye sees.
+//! The entries of a map, and the points at which a mesh is evaluated for each: the receiver itself, points of an element, or the surface
+//! points that an eye sees.
 
 use glam::DVec3;
 
@@ -10,34 +10,34 @@ use crate::maps::MapKind;
 use crate::sampling::random::Stream;
 use crate::scene::{Quantity, ReceiverLayout};
 
-/// Normals nearer to each other than this, by 1 less their cosine, are one.
+/// Difference, as 1 minus the cosine, below which two normals count as one.
 pub(super) const ONE_NORMAL: f64 = 1e-9;
 
-/// Places of an element at which a mesh is asked: their mean is exact for what varies quadratically.
+/// Points of an element at which a mesh is evaluated. Their mean is exact for quadratic variation.
 const PLACES_OF_ELEMENT: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
 
-/// Ways to face that are few: a room's six sides.
+/// Largest number of normals that counts as few: a room's six sides.
 const MOST_NORMALS: usize = 6;
 
 /// The entries of a map: points of a receiver set, directions of view, or element sides.
 pub struct Entries {
-    /// Which map.
+    /// The map.
     pub kind: MapKind,
     /// Weight of each entry in the map's error; 0 leaves it out.
     pub weights: Vec<f64>,
     /// Area in m² that the map stands for; `None` for loose points.
     pub area_m2: Option<f64>,
-    /// Box around all places.
+    /// Bounding box of all points, in m.
     pub bounds_m: [DVec3; 2],
-    /// The ways that all places face, where they are few.
+    /// The normals of all points, if there are few.
     pub normals: Option<Vec<DVec3>>,
-    /// What the eye sees, for a set that asks for luminance.
+    /// What the eye sees, for a luminance set.
     pub sights: Option<Sights>,
 }
 
 impl Entries {
-    /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance, and gloss is looked into as often as
-    /// the target needs, if there is one; `may_draw` allows that it is looked into anew by every sample where that takes fewer rays.
+    /// Creates the entries of a map. Faint branches of lines of sight are thinned by roulette from the seed. The number of rays along gloss
+    /// follows the target, if there is one. `may_draw` allows every sample to trace gloss anew where this takes fewer rays.
     pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>, may_draw: bool) -> Entries {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
@@ -95,12 +95,12 @@ impl Entries {
         self.kind == MapKind::Elements
     }
 
-    /// Whether chance chose among the branches of a line of sight.
+    /// Whether random decisions can affect what lines of sight show.
     pub fn have_chance(&self) -> bool {
         self.sights.as_ref().is_some_and(|sights| sights.has_chance)
     }
 
-    /// Places at which the mesh is asked, over all entries.
+    /// Returns the number of points at which the mesh is evaluated, over all entries.
     pub fn places(&self) -> usize {
         match &self.sights {
             Some(sights) => sights.places(),
@@ -108,33 +108,33 @@ impl Entries {
         }
     }
 
-    /// A number of its own for a place of an entry.
+    /// Returns a unique number for a point of an entry.
     pub fn place_number(&self, entry: usize, number: usize) -> u64 {
         let most = self.sights.as_ref().map_or(PLACES_OF_ELEMENT.len(), |sights| sights.most_places);
         (entry * most + number) as u64
     }
 
-    /// What an entry shows without any light on surfaces: luminaires in an eye's line of sight, in cd/m².
+    /// Returns what an entry shows without light on surfaces: luminaires in an eye's line of sight, in cd/m².
     pub fn own_light(&self, entry: usize) -> f64 {
         self.sights.as_ref().map_or(0.0, |sights| sights.luminaires_cd_m2(entry))
     }
 
-    /// Whether light on surfaces is in an entry at all.
+    /// Whether an entry contains light on surfaces.
     pub fn has_places(&self, entry: usize) -> bool {
         self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty() || sights.shows_gloss(entry))
     }
 
-    /// Whether every sample of light follows lines of sight anew.
+    /// Whether every sample of light traces new lines of sight.
     pub fn draw_sights(&self) -> bool {
         self.sights.as_ref().is_some_and(|sights| sights.are_drawn)
     }
 
-    /// Whether lines of sight end on gloss, so that there is chance in what they show.
+    /// Whether lines of sight end on gloss, so that what they show has random error.
     pub fn show_gloss(&self) -> bool {
         self.sights.as_ref().is_some_and(|sights| sights.gloss.is_some())
     }
 
-    /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
+    /// Calls `ask` for each point at which the mesh is evaluated, with the weight of its illuminance.
     pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
         match (self.kind, &self.sights) {
             (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| {
@@ -151,7 +151,7 @@ impl Entries {
         }
     }
 
-    /// The same with a random point of an element instead of its fixed ones.
+    /// Calls `ask` like [`Entries::each_spot`], but with one random point of an element instead of its fixed ones.
     pub fn each_drawn_spot(
         &self,
         around: &Surroundings,

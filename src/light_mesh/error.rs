@@ -1,27 +1,27 @@
-//! Why a scene is not for light meshes.
+//! Reasons why light meshes cannot compute a scene.
 
 use thiserror::Error;
 
 use crate::scene::{Quantity, Scene};
 
-/// What of a scene light meshes cannot compute.
+/// A part of a scene that light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("--method light-mesh cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
 pub struct NotForLightMesh {
-    /// What it cannot compute, in words.
+    /// Description of what it cannot compute.
     pub what: String,
-    /// What stands there.
+    /// What the scene contains.
     pub got: String,
-    /// What it takes.
+    /// What light meshes accept.
     pub expected: String,
-    /// Which method can.
+    /// Other methods or options that solve the problem.
     pub remedy: String,
 }
 
-/// Whether light meshes can compute some receiver sets of a scene, by their numbers, and its elements.
+/// Checks whether light meshes can compute some receiver sets of a scene, given by their indices, and its elements.
 ///
 /// # Errors
-/// What they cannot: skies, bodies of spherical harmonics, illuminance on cylinders, glare ratings and intensities.
+/// Scene parts that they cannot compute: skies, bodies of spherical harmonics, illuminance on cylinders, glare ratings and intensities.
 pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), NotForLightMesh> {
     if let Some(sky) = scene.luminaires.iter().find(|luminaire| luminaire.emission.is_daylight()) {
         return Err(NotForLightMesh {

@@ -1,5 +1,4 @@
-//! Direct light by shadow rays from the receiver: what a mesh is checked against, and what completes a run where it is
-//! the cheaper way.
+//! Direct light by shadow rays from the receiver. A mesh is checked against it, and it completes a run where it is cheaper.
 
 use glam::DVec3;
 
@@ -11,7 +10,8 @@ use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{ElementSide, ReceiverPoint};
 
-/// One unbiased sample of direct illuminance by a look at every emitter, exact where all are points, and its rays.
+/// Returns one unbiased sample of the direct illuminance in lx, from a light sample of every emitter, and the number of rays. It is exact
+/// if all emitters are points.
 pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     for emitter in stage.emitters.list() {
@@ -24,15 +24,15 @@ pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (
     (sum_lx, rays)
 }
 
-/// Whether looks at all emitters have no chance in them.
+/// Whether light samples of all emitters have no random error.
 pub fn looks_are_exact(stage: &Stage) -> bool {
     stage.emitters.list().iter().all(|emitter| emitter.is_single_point())
 }
 
-/// A place of a map at which light is asked for.
+/// A point of a map at which light is computed.
 #[derive(Clone, Copy)]
 pub struct MeshPlace {
-    /// Place in m.
+    /// Position in m.
     pub point_m: DVec3,
     /// Unit normal.
     pub normal: DVec3,
@@ -40,29 +40,29 @@ pub struct MeshPlace {
     start: RayStart,
 }
 
-/// Where the rays of a spot start.
+/// Origin of the rays of a point.
 #[derive(Clone, Copy)]
 enum RayStart {
-    /// On the side of whatever surface it lies on that its normal points to.
+    /// On the surface that it lies on, on the side that its normal points to.
     Side,
-    /// On an element side, at these weights of the triangle's corners.
+    /// On an element side, at these weights of the triangle's second and third corner.
     Element(ElementSide, [f64; 2]),
     /// Known from the ray that met the surface.
     At(Origin),
 }
 
 impl MeshPlace {
-    /// A receiver.
+    /// Creates the point of a receiver.
     pub fn of_point(point: &ReceiverPoint) -> MeshPlace {
         MeshPlace { point_m: point.position_m, normal: point.normal, start: RayStart::Side }
     }
 
-    /// A place on a surface that a ray has met.
+    /// Creates a point on a surface that a ray has met.
     pub fn at_origin(point_m: DVec3, normal: DVec3, origin: Origin) -> MeshPlace {
         MeshPlace { point_m, normal, start: RayStart::At(origin) }
     }
 
-    /// A point of an element side by the weights of the element's second and third corner.
+    /// Creates a point of an element side from the weights of the element's second and third corner.
     pub fn of_element(around: &Surroundings, element: ElementSide, [u, v]: [f64; 2]) -> MeshPlace {
         let part = around.stage.elements.corners(&element);
         let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
@@ -74,12 +74,12 @@ impl MeshPlace {
         }
     }
 
-    /// A random point of an element side, every part of its area alike.
+    /// Creates a random point of an element side, uniform over its area.
     pub fn drawn_in_element(around: &Surroundings, element: ElementSide, stream: &mut Stream) -> MeshPlace {
         MeshPlace::of_element(around, element, uniform_triangle(stream.pair()))
     }
 
-    /// Hands the spot to `ask` as a receiver.
+    /// Calls `ask` with the point as a receiver.
     #[inline]
     pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {

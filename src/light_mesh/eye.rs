@@ -1,10 +1,11 @@
-//! What an eye sees along a direction: luminaires, and the places whose light the mesh is asked for.
+//! What an eye sees along a direction: luminaires, and the surface points whose light the mesh provides.
 //!
-//! After Debelov and Novikov (2009), who add to what a mesh says of a surface k_s times what its mirror image shows and k_t
-//! times what lies behind. Here k_s and k_t are the mirror's reflectance and the pane's two shares at the angle of the ray,
-//! and the luminance of the surface at the end is ρ/π times its illuminance (of a translucent sheet τ/π times that of the
-//! other side besides). Of a glossy surface that is its diffuse part; the rest is what rays along the lobe meet, by the same
-//! recursion, and luminaires, which light samples find too.
+//! After Debelov and Novikov (2009). They add two terms to a surface's light from the mesh: k_s times the light of its mirror image, and
+//! k_t times the light behind it. Here k_s and k_t are the mirror's reflectance and the pane's two shares at the angle of the ray. The
+//! luminance of the surface at the end is ρ/π times its illuminance; a translucent sheet adds τ/π times that of the other side.
+//!
+//! For a glossy surface this is its diffuse part. The rest comes from rays along the lobe, by the same recursion, and from luminaires,
+//! which light samples find too.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -22,68 +23,70 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Pair};
 
-/// Chance at most with which a ray goes on from one glossy surface to the next: between two that absorb nothing it would never end.
+/// Largest probability that a ray continues from one glossy surface to the next. Between two surfaces that absorb nothing it would never
+/// end.
 const MOST_SURVIVAL: f64 = 0.95;
-/// Bits of a stream's index that count the rays of a direction.
+/// Number of bits of a stream's index that count the rays of a direction.
 const RAY_BITS: u32 = 32;
 
-/// A place that a direction of view shows.
+/// A surface point that a direction of view shows.
 #[derive(Clone, Copy)]
 pub struct SeenPlace {
-    /// Place in m on the side of the surface whose light is seen.
+    /// Position in m, on the side of the surface whose light is seen.
     pub point_m: DVec3,
     /// Unit normal of that side.
     pub normal: DVec3,
     /// Where its rays start.
     pub origin: Origin,
-    /// Luminance in cd/m² that gets to the eye for each lx that the side receives.
+    /// Luminance in cd/m² that reaches the eye for each lx that the side receives.
     pub weight_per_sr: f64,
 }
 
 impl SeenPlace {
-    /// The place as a receiver.
+    /// Returns the surface point as a receiver.
     pub fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
     }
 }
 
-/// How an eye looks.
+/// Settings for looking along directions.
 #[derive(Clone, Copy)]
 pub struct Eye<'a> {
     /// The scene.
     pub stage: &'a Stage,
-    /// A branch of a line of sight that carries less than this goes on by chance, with a weight that makes up for it.
+    /// Share below which a branch of a line of sight continues only with a probability. Its weight compensates for this.
     pub small_share: f64,
-    /// Rays along the gloss of the surfaces that it sees.
+    /// Rays along the gloss of the surfaces that the eye sees.
     pub gloss: GlossRays,
-    /// Whether luminaires are asked for; else places alone.
+    /// Whether luminaires are counted; otherwise only surface points.
     pub with_luminaires: bool,
-    /// Whether gloss looks for images of balls and areas, and leaves out what its rays meet by way of any mirror.
+    /// Whether gloss samples images of ball and area luminaires. It then leaves out these luminaires where its rays meet them by way of any
+    /// mirror.
     pub looks_for_areas: bool,
 }
 
-/// Rays along the gloss of a surface that an eye sees.
+/// Number of rays along the gloss of a surface that an eye sees.
 #[derive(Clone, Copy)]
 pub enum GlossRays {
-    /// One, by the numbers that come next.
+    /// One ray, with the next numbers of the stream.
     One,
-    /// So many, spread evenly by a sequence that belongs to the number of the direction.
+    /// This many rays, spread evenly by a sequence that belongs to the number of the direction.
     Even(u32, u64),
 }
 
-/// What a direction shows besides places.
+/// What a direction shows besides surface points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown {
     /// Luminance of luminaires in cd/m².
     pub luminaires_cd_m2: f64,
-    /// Whether gloss is seen, so that there is chance in it.
+    /// Whether gloss is seen, so that the result has random error.
     pub has_gloss: bool,
-    /// Rays that it took.
+    /// Rays used.
     pub rays: u64,
 }
 
 impl Eye<'_> {
-    /// Looks along a direction.
+    /// Looks along a direction. It adds the surface points seen to `places`.
     pub fn look(&self, from: &Origin, direction: DVec3, stream: &mut Stream, places: &mut Vec<SeenPlace>) -> Shown {
         let (mut shown, mut ends) = (Shown::default(), Vec::new());
         shown.rays += look_along(self.stage, from, direction, self.small_share, stream, |seen| match seen {
@@ -100,7 +103,7 @@ impl Eye<'_> {
         shown
     }
 
-    /// Looks into the gloss of a surface that is seen, with all rays.
+    /// Samples the gloss of a surface that is seen, with all rays.
     fn look_into(
         &self,
         gloss: &Gloss,
@@ -115,7 +118,7 @@ impl Eye<'_> {
             GlossRays::One => 1,
             GlossRays::Even(count, _) => (f64::from(count) * share.min(1.0)).ceil().max(1.0) as u64,
         };
-        // Points that no mirror shows are looked at without any chance: once is enough.
+        // Light samples of point luminaires have no random error if there are no mirrors: one pass is enough.
         let list = self.stage.emitters.list();
         let is_exact = |emitter: &Emitter| emitter.is_single_point();
         let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
@@ -142,7 +145,7 @@ impl Eye<'_> {
         }
     }
 
-    /// Sends a ray along gloss; what it meets counts with a weight. Surfaces are added to `ends`.
+    /// Traces a ray along gloss. What it meets counts with a weight. Surfaces are added to `ends`.
     fn send_ray(
         &self,
         gloss: &Gloss,
@@ -159,7 +162,8 @@ impl Eye<'_> {
         let mut luminaires_cd_m2 = 0.0;
         shown.rays += look_along(self.stage, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
             Seen::Luminaire(luminaire) => {
-                // Light samples find all of the light of openings and, as a rule, of images, and of others a share of what comes straight.
+                // Light samples find all light of openings, and a share of the light that comes straight from other luminaires. They find
+                // all light of images if images of areas are sampled.
                 let Some(emitter) = luminaire.emitter.map(|number| &list[number as usize]) else { return };
                 let share = match luminaire.is_straight {
                     true => share_of_ray(self.stage, emitter, &end.receiver(), per_sr),
@@ -178,7 +182,7 @@ impl Eye<'_> {
         }
     }
 
-    /// Looks at luminaires from gloss, and at points in flat mirrors.
+    /// Takes light samples of luminaires from gloss, and of point luminaires in flat mirrors.
     fn look_at_luminaires(&self, gloss: &Gloss, weight: f64, cut: &mut Cut, stream: &mut Stream, shown: &mut Shown) {
         if !self.with_luminaires || self.stage.emitters.list().is_empty() {
             return;
@@ -206,12 +210,12 @@ impl Eye<'_> {
 struct Gloss<'a> {
     end: &'a SubPoint,
     bsdf: &'a Bsdf,
-    /// Reflectance of all but the diffuse part.
+    /// Reflectance without the diffuse part.
     reflectance: f64,
 }
 
 impl<'a> Gloss<'a> {
-    /// None of a surface without gloss.
+    /// Returns the gloss at a sub-point; `None` for a surface without gloss.
     fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
         let bsdf = stage.bsdf(end.hit.triangle);
         let is_glossy = !bsdf.is_specular() && !matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_));
@@ -219,14 +223,14 @@ impl<'a> Gloss<'a> {
         (is_glossy && reflectance > 0.0).then_some(Gloss { end, bsdf, reflectance })
     }
 
-    /// Luminance towards the eye for each lx that comes from a direction, without the diffuse part.
+    /// Returns the luminance towards the eye for each lx that comes from a direction, without the diffuse part.
     fn response_per_sr(&self, towards: DVec3) -> f64 {
         let pair = Pair { normal: self.end.normal, towards, leaving: -self.end.direction };
         (self.bsdf.eval_per_sr(&pair) - FRAC_1_PI * self.bsdf.diffuse_part()).max(0.0)
     }
 }
 
-/// The sides of a surface whose light its sub-point sends to the eye, with a weight.
+/// Adds the sides of a surface whose light reaches the eye from a sub-point, with a weight.
 fn end_at(stage: &Stage, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace>) {
     let mut add = |normal: DVec3, origin: Origin, share: f64| {
         if share > 0.0 {

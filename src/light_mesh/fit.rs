@@ -1,16 +1,15 @@
-//! The light of a place from what the points of its set say.
+//! Computes the light of a receiver point from the values at the mesh points of its set.
 
 use glam::{DMat3, DVec3};
 
 use super::walks::HALVES;
 
-/// What the points of a set would bring to a place's plane, and the linear function of their offsets that fits it best:
-/// its value at the place has no error of first order, neither from the height that the set lies at nor from a set that
-/// lies to one side.
+/// Linear function of the offsets that fits the light of the set's points on the receiver's plane best. Its value at the receiver point has
+/// no error of first order. This also holds for a set at some height or to one side.
 pub struct Fit {
-    /// How many members it has.
+    /// Number of members.
     pub members: f64,
-    /// Σ o and Σ o oᵀ of the offsets over the radius.
+    /// Σ o and Σ o oᵀ of the offsets divided by the radius.
     sum: DVec3,
     square: DMat3,
     /// Σ E and Σ E o of each half.
@@ -18,15 +17,16 @@ pub struct Fit {
     moment: [DVec3; HALVES],
 }
 
-/// Least determinant of the offsets' covariance, over the radius to the sixth: a whole half ball's is 0.0024, a flat set's 0.
+/// Least determinant of the offsets' covariance, divided by the radius to the sixth power. It is 0.0024 for a whole half ball and 0 for a
+/// flat set.
 const LEAST_SPREAD: f64 = 2e-4;
 
-/// Added to the offsets' sums of squares, which are in units of the radius: as much as one more member a radius away along
-/// every axis. The slopes of small sets bring more chance than they take error; this draws them towards 0.
+/// Added to the offsets' sums of squares, which are in units of the radius. It has the effect of one more member a radius away along every
+/// axis. The slopes of small sets add more random error than they remove bias; the ridge reduces these slopes.
 const RIDGE: f64 = 0.1;
 
 impl Fit {
-    /// No member yet, but the ridge.
+    /// Returns a fit without members, with the ridge only.
     pub fn empty() -> Fit {
         Fit {
             members: 0.0,
@@ -37,7 +37,7 @@ impl Fit {
         }
     }
 
-    /// Adds a member by its offset over the radius, and what it would bring in lx by each half.
+    /// Adds a member: its offset divided by the radius, and its light in lx from each half.
     pub fn add(&mut self, offset: DVec3, lx: [f64; HALVES]) {
         self.members += 1.0;
         self.sum += offset;
@@ -48,12 +48,12 @@ impl Fit {
         }
     }
 
-    /// The members' mean.
+    /// Returns the mean of the members.
     pub fn mean(&self) -> [f64; HALVES] {
         self.lx.map(|lx| (lx / self.members).max(0.0))
     }
 
-    /// The fit's value at the place; the mean where the set is too flat for a slope.
+    /// Returns the fit's value at the receiver point, or the mean if the set is too flat for a slope.
     pub fn at_place(&self) -> [f64; HALVES] {
         let center = self.sum / self.members;
         let outer = DMat3::from_cols(center * center.x, center * center.y, center * center.z);
@@ -74,8 +74,8 @@ impl Fit {
 mod tests {
     use super::*;
 
-    /// A linear field is met by any set with a slope, as nearly as its members outnumber the ridge, and by the mean only
-    /// where the set lies around the place.
+    /// A fit with a slope reproduces a linear field for any set, as closely as its members outnumber the ridge. The mean does so only where
+    /// the set lies around the receiver point.
     #[test]
     fn the_fit_knows_no_error_of_first_order() {
         let lx = |offset: DVec3| 5.0 + offset.dot(DVec3::new(1.0, -2.0, 3.0));

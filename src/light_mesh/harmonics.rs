@@ -1,9 +1,9 @@
-//! Spherical harmonics that the illuminance of a surface depends on (docs/methods.md (19)).
+//! Spherical harmonics that determine the illuminance of a surface (docs/methods.md (19)).
 //!
-//! Of light that arrives with the coefficients c_lm a surface with normal N receives Σ a_l c_lm Y_lm(N): the clamped cosine
-//! takes the orders 0, 1 and the even ones, less and less of them (Ramamoorthi and Hanrahan 2001, "An efficient
-//! representation for irradiance environment maps"). Orders up to 2 hold 99.2% of the cosine's square, those up to 6
-//! 99.9%: what is left is the light that leaks from behind a surface to its front.
+//! Light that arrives with the coefficients c_lm gives a surface with normal N the illuminance Σ a_l c_lm Y_lm(N). The clamped cosine keeps
+//! the orders 0, 1 and the even ones, with decreasing factors (Ramamoorthi and Hanrahan 2001, "An efficient representation for irradiance
+//! environment maps"). Orders up to 2 hold 99.2% of the cosine's square, those up to 6 99.9%. The rest appears as light that leaks from
+//! behind a surface to its front.
 
 use std::f64::consts::PI;
 
@@ -11,29 +11,29 @@ use glam::DVec3;
 
 use super::options::IndirectForm;
 
-/// Orders that are kept.
+/// Orders that are stored.
 const ORDERS: [usize; 5] = [0, 1, 2, 4, 6];
-/// What the clamped cosine leaves of each, over π.
+/// Factor of the clamped cosine for each order, divided by π.
 const COSINE: [f64; 5] = [1.0, 2.0 / 3.0, 1.0 / 4.0, -1.0 / 24.0, 1.0 / 64.0];
 /// The highest order.
 const MOST: usize = 6;
-/// Coefficients of all orders that are kept: 2 l + 1 each.
+/// Number of coefficients of all stored orders: 2 l + 1 each.
 pub const COEFFICIENTS: usize = 1 + 3 + 5 + 9 + 13;
 
-/// Real harmonics, made ready: orthonormal over the sphere.
+/// Precomputed real harmonics, orthonormal over the sphere.
 pub struct Harmonics {
     /// Factors of the recurrence in l: P_l = a (z P_{l−1} − b P_{l−2}), by m and l.
     factors: [[[f64; 2]; MOST + 1]; MOST + 1],
-    /// P_mm over P_{m−1,m−1}; that of m = 0 itself first.
+    /// P_mm divided by P_{m−1,m−1}. The first entry is P_00 itself.
     diagonal: [f64; MOST + 1],
-    /// First coefficient of each order, or nothing.
+    /// Index of the first coefficient of each order; `None` for an order that is not stored.
     first: [Option<usize>; MOST + 1],
-    /// What the cosine leaves of each coefficient.
+    /// Factor of the clamped cosine for each coefficient.
     cosine: [f64; COEFFICIENTS],
 }
 
 impl Harmonics {
-    /// Works out the factors.
+    /// Computes the factors.
     pub fn new() -> Harmonics {
         let mut factors = [[[0.0; 2]; MOST + 1]; MOST + 1];
         for (m, of_m) in factors.iter_mut().enumerate() {
@@ -60,7 +60,7 @@ impl Harmonics {
         Harmonics { factors, diagonal, first, cosine }
     }
 
-    /// Values for a unit vector.
+    /// Returns the values for a unit vector.
     pub fn of(&self, d: DVec3) -> [f64; COEFFICIENTS] {
         let mut values = [0.0; COEFFICIENTS];
         // cos mφ and sin mφ, times sin^m θ.
@@ -87,7 +87,7 @@ impl Harmonics {
         values
     }
 
-    /// Illuminance of a surface, in the unit of π times luminance that the field has, by the harmonics of its normal.
+    /// Returns the illuminance of a surface, from the harmonics of its normal. Its unit is that of the field, which is π times luminance.
     pub fn illuminance(&self, field: &[f64; COEFFICIENTS], of_normal: &[f64; COEFFICIENTS], form: IndirectForm) -> f64 {
         match form {
             IndirectForm::Scalar => field[0] * of_normal[0],
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
     use crate::sampling::warp::uniform_sphere;
 
-    /// 1/φ: steps of it cover a turn evenly.
+    /// 1/φ: multiples of it cover a turn evenly.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
     /// ∫ Y_i Y_j dω = δ_ij over a spiral of 60,000 directions.
@@ -128,9 +128,8 @@ mod tests {
         }
     }
 
-    /// π L = 1 from above the plane z = 0 and nothing from below: a plane whose normal makes the angle θ with the z axis
-    /// receives (1 + cos θ)/2 exactly, and so say the harmonics: of its even orders above 0 none
-    /// has a part.
+    /// π L = 1 from above the plane z = 0 and nothing from below. A plane whose normal makes the angle θ with the z axis receives exactly
+    /// (1 + cos θ)/2. The harmonics give the same, because none of the even orders above 0 contributes.
     #[test]
     fn a_half_lit_sphere_gives_its_exact_illuminance() {
         const N: u32 = 200_000;
@@ -149,13 +148,13 @@ mod tests {
             let exact = 0.5 * (1.0 + cosine);
             let found = harmonics.illuminance(&field, &harmonics.of(normal), IndirectForm::Directional);
             assert!((found - exact).abs() < 1e-4, "{cosine}: {found} {exact}");
-            // A scalar gives half to every surface, whichever way it looks.
+            // The scalar form gives half to every surface, whatever its normal.
             assert!((harmonics.illuminance(&field, &harmonics.of(normal), IndirectForm::Scalar) - 0.5).abs() < 1e-4);
         }
     }
 
-    /// Light from one direction alone is the hardest: the expansion of its clamped cosine is off by 2.7% of its root mean
-    /// square, without the orders 4 and 6 by 8.8% (the planted fault).
+    /// Light from one direction alone is the most difficult case. The expansion of its clamped cosine has an error of 2.7% of its root mean
+    /// square. Without the orders 4 and 6 (the planted fault) it is 8.8%.
     #[test]
     fn light_from_one_side_hardly_leaks_to_the_other() {
         const N: u32 = 20_000;

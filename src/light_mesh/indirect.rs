@@ -1,5 +1,5 @@
-//! Indirect light at the points of a coarse mesh: gathered over the whole sphere, kept as one number or as spherical
-//! harmonics, and turned into the illuminance of surfaces near by.
+//! Indirect light at the points of a coarse mesh. It is gathered over the whole sphere, stored as one number or as spherical harmonics, and
+//! converted to the illuminance of nearby surfaces.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -21,64 +21,65 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 
-/// The map number of the streams of a mesh's walks, less the level of refinement.
+/// Map number of the random streams of a mesh's walks.
 const GATHERING: u32 = u32::MAX - 1;
-/// Walks of a mesh point for each look into mirrors from a place.
+/// Walks of a mesh point for each sample of mirror images from a receiver point.
 const WALKS_PER_LOOK: u32 = 32;
-/// Looks into mirrors from a place in each half, at most.
+/// Largest number of samples of mirror images from a receiver point in each half.
 const MOST_LOOKS: u32 = 64;
-/// Walks from points that are asked for after the run has been ended: every place gets a value, if a rough one.
+/// Walks from mesh points that are requested after the run has been ended. Every receiver point then gets a value, even if it is rough.
 pub(super) const HURRIED_WALKS: u32 = 32;
-/// Walks from a point after which the clock is looked at.
+/// Number of walks from a mesh point after which the clock is checked.
 const WALKS_BETWEEN_LOOKS: u64 = 1024;
-/// The map number of the streams of walks towards the first normal, less the number of the normal.
+/// Map number of the random streams of walks towards the first normal. The number of the normal is subtracted from it.
 const TOWARDS_NORMALS: u32 = u32::MAX - 16;
 
-/// Coefficients of the light that arrives at a point, from each half of its walks.
+/// Coefficients of the light that arrives at a mesh point, from each half of its walks.
 type HalfCoefficients = [[f64; COEFFICIENTS]; HALVES];
 
-/// What the points of a mesh keep, each for the places that ask for it.
+/// Data stored at the mesh points. Each is computed when a receiver point requests it.
 enum Kept {
-    /// All directions.
+    /// Light from all directions.
     Field { harmonics: Box<Harmonics>, tree: SparseTree<[OnceLock<Option<Box<HalfCoefficients>>>; LEAF_POINTS]> },
-    /// The illuminance of planes that face a few ways, by each half: what a map's places ask for where all of them face so.
+    /// Illuminance of planes with a few normals, from each half of the walks. It is used if all receiver points of a map have one of these
+    /// normals.
     Planes(Vec<PlaneIlluminances>),
 }
 
-/// Illuminance at the points of a mesh on planes of one normal; `None` inside of solids.
+/// Illuminance at the mesh points on planes of one normal; `None` inside solids.
 struct PlaneIlluminances {
     normal: DVec3,
     tree: SparseTree<[OnceLock<Option<[f64; HALVES]>>; LEAF_POINTS]>,
 }
 
-/// How indirect light is gathered.
+/// Settings for gathering indirect light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gathering {
-    /// Distance of neighbouring points in m.
+    /// Distance between neighbouring mesh points in m.
     pub step_m: f64,
-    /// Radius of the sets that are averaged, in m.
+    /// Radius of the averaged sets, in m.
     pub radius_m: f64,
-    /// Walks from every point.
+    /// Walks from every mesh point.
     pub walks: u32,
-    /// What the points keep.
+    /// Form in which mesh points store the light.
     pub form: IndirectForm,
 }
 
-/// Rays and points of a gathering.
+/// Counts of rays and points for gathering.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GatherCounts {
-    /// Mesh points gathered at.
+    /// Mesh points at which light was gathered.
     pub points: u64,
     /// Rays of their walks.
     pub walk_rays: u64,
-    /// Rays for flags and local visibility.
+    /// Rays for inside flags and local visibility.
     pub other_rays: u64,
-    /// Places whose set was empty.
+    /// Receiver points with an empty set.
     pub places_without_set: u64,
 }
 
 impl GatherCounts {
-    /// Rays of all kinds.
+    /// Returns the rays of all kinds.
     pub fn rays(&self) -> u64 {
         self.walk_rays + self.other_rays
     }
@@ -93,20 +94,20 @@ impl std::ops::AddAssign for GatherCounts {
     }
 }
 
-/// Room that a thread reuses.
+/// Working memory that a thread reuses.
 #[derive(Default)]
 pub struct GatherRoom {
     candidates: Vec<Candidate>,
-    /// For choosing luminaires on walks.
+    /// Cut of the emitter tree, for choosing luminaires on walks.
     pub cut: Cut,
-    /// What has been counted since it was made.
+    /// Counts since it was created.
     pub counts: GatherCounts,
 }
 
-/// A mesh of points that gather indirect light when first asked for it.
+/// A mesh of points that gather indirect light when it is first requested.
 pub struct IndirectMesh<'a> {
     around: Surroundings<'a>,
-    /// How it gathers.
+    /// Settings for gathering.
     pub gathering: Gathering,
     lattice: Lattice,
     templates: Templates,
@@ -118,7 +119,7 @@ pub struct IndirectMesh<'a> {
 }
 
 impl<'a> IndirectMesh<'a> {
-    /// An empty mesh for the places of a map; `None` where it would be out of proportion.
+    /// Creates an empty mesh for the receiver points of a map; `None` if it would be too large.
     pub fn new(
         around: Surroundings<'a>,
         entries: &Entries,
@@ -150,8 +151,9 @@ impl<'a> IndirectMesh<'a> {
         })
     }
 
-    /// Indirect illuminance of a place in lx by each half of the walks: what the points of its set would bring to the
-    /// place's plane (directional: their linear fit, scalar: their mean), and what the place itself finds in flat mirrors.
+    /// Returns the indirect illuminance at a receiver point in lx, from each half of the walks. It is the light of the set's points on the
+    /// receiver's plane (directional: their linear fit, scalar: their mean), plus the light of flat mirrors sampled at the receiver point
+    /// itself.
     pub fn indirect_lx(
         &self,
         receiver: &Receiver,
@@ -163,7 +165,7 @@ impl<'a> IndirectMesh<'a> {
         let GatherRoom { cut, counts, .. } = room;
         let set = gathered_lx.map_or(SetKind::Alone, |(_, set)| set);
         let (lx, rays) = match gathered_lx {
-            // Walks look into mirrors themselves.
+            // These walks sample mirror images themselves.
             None => walks_at_place_lx(&self.around, receiver, place_number, [0, walks], self.seed, cut),
             Some((gathered_lx, _)) => {
                 let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_LOOKS);
@@ -175,7 +177,7 @@ impl<'a> IndirectMesh<'a> {
         (lx, set)
     }
 
-    /// What the set of a place says, and what it is like; `None` where the set is empty.
+    /// Returns the light gathered from the set of a receiver point, and the kind of the set; `None` if the set is empty.
     fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<([f64; HALVES], SetKind)> {
         match &self.kept {
             Kept::Field { harmonics, tree } => {
@@ -198,8 +200,8 @@ impl<'a> IndirectMesh<'a> {
         }
     }
 
-    /// The value at a place that fits its set best; `at_point` tells what a point would bring to the place's plane, `None`
-    /// inside of solids. `None` where the set is empty.
+    /// Returns the value at a receiver point that fits its set best. `at_point` returns a mesh point's light on the receiver's plane, or
+    /// `None` inside solids. The result is `None` if the set is empty.
     fn fitted_lx(
         &self,
         receiver: &Receiver,
@@ -230,7 +232,7 @@ impl<'a> IndirectMesh<'a> {
                 }
                 fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
-            // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
+            // If one of the nearest mesh points is inside a solid, the receiver point may lie under this solid. Then each point is tested.
             if !open && !tests {
                 tests = true;
                 continue;
@@ -247,7 +249,7 @@ impl<'a> IndirectMesh<'a> {
         }
     }
 
-    /// Where a mesh point is, if it is not inside of a solid.
+    /// Returns the position of a mesh point in m; `None` inside a solid.
     fn free_position_m(&self, index: Index, counts: &mut GatherCounts) -> Option<DVec3> {
         let position_m = self.lattice.position_m(index);
         let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, position_m);
@@ -256,17 +258,17 @@ impl<'a> IndirectMesh<'a> {
         (!inside).then_some(position_m)
     }
 
-    /// Walks from a mesh point: fewer after the run has been ended.
+    /// Returns the walks from a mesh point: fewer after the run has been ended.
     fn walks(&self) -> u32 {
         if (self.stop)() { HURRIED_WALKS.min(self.gathering.walks) } else { self.gathering.walks }
     }
 
-    /// Whether the walks of a half end here since the run has been ended: looked at every so many of them.
+    /// Whether the walks of a half stop here because the run has been ended. It is checked every `WALKS_BETWEEN_LOOKS` walks.
     fn ends_at(&self, done: u64) -> bool {
         done > 0 && done.is_multiple_of(WALKS_BETWEEN_LOOKS) && (self.stop)() || (self.around.give_up)()
     }
 
-    /// Illuminance in lx on a plane through a mesh point, by each half of the walks; `None` inside of a solid.
+    /// Returns the illuminance in lx on a plane through a mesh point, from each half of the walks; `None` inside a solid.
     fn plane_at(
         &self,
         number: u32,
@@ -281,7 +283,7 @@ impl<'a> IndirectMesh<'a> {
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
         let mut sum_lx = [0.0; HALVES];
-        // Where mirrors are, places look into them by themselves.
+        // Where there are mirrors, the receiver points sample them themselves.
         let looks_back = self.around.stage.near_lights.is_some() && self.around.has_no_images();
         for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
             let mut done = 0;
@@ -305,7 +307,7 @@ impl<'a> IndirectMesh<'a> {
         Some(sum_lx)
     }
 
-    /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
+    /// Returns the light that arrives at a mesh point from all sides; `None` inside a solid.
     fn field_at(
         &self,
         harmonics: &Harmonics,
@@ -317,7 +319,7 @@ impl<'a> IndirectMesh<'a> {
         let origin = self.around.stage.tracer.free_origin(position_m);
         let walks = self.walks();
         let mut field = Box::new([[0.0; COEFFICIENTS]; HALVES]);
-        // Half the key in the replica's number, half in the index: no two points share a stream.
+        // Half of the key is in the replica's number, half in the index: no two mesh points share a stream.
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
         for (half, field) in field.iter_mut().enumerate() {
@@ -326,7 +328,7 @@ impl<'a> IndirectMesh<'a> {
                 let walk = done;
                 done += 1;
                 let number = (walk * HALVES as u64) + half as u64;
-                // Each half of each point has a sequence of its own, scrambled apart from all others.
+                // Each half of each mesh point has its own sequence, scrambled independently of all others.
                 stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
                 let direction = uniform_sphere(stream.pair());
                 let (arriving, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);

@@ -1,5 +1,5 @@
-//! What the mesh changes, measured: a random part of a map's places is computed again with shadow rays and walks of its
-//! own, which enter no result.
+//! Measures the error of the mesh: a random part of a map's points is computed again with shadow rays and walks of their own, which enter
+//! no result.
 
 use rayon::prelude::*;
 
@@ -12,37 +12,37 @@ use super::tracing::EntryLight;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
-/// Places at which indirect light is computed again while a plan is made; noise shrinks faster with walks than with places.
+/// Number of points at which indirect light is computed again during planning. Noise falls faster with more walks than with more points.
 pub const INDIRECT_PLACES: usize = 128;
-/// Places at which it is computed again at the end: what a few places have that others have not is met only by many.
+/// Number of points at which indirect light is computed again at the end. Only many points include the features that few points have.
 pub const LAST_INDIRECT_PLACES: usize = 512;
-/// Looks of each half at direct light that has chance in it, and those after the run has been ended.
+/// Samples of each half for direct light with random error: normally, and after the run has been ended.
 const LOOKS: [u64; 2] = [32, 4];
-/// Walks of each half over all places between two looks at the clock, and the least number of them.
+/// Walks of each half over all points between two checks of the clock. At least one round is done.
 const WALKS_OF_PIECE: u64 = 1 << 13;
-/// Bits of a stream's index that count samples.
+/// Number of bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
-/// Bit of a stream's index that tells the halves apart.
+/// Bit of a stream's index that separates the halves.
 const HALF_BIT: u32 = 31;
-/// Quantile of the normal distribution of which one in twenty is above.
+/// Quantile of the normal distribution that one value in twenty exceeds.
 pub const ONE_IN_TWENTY: f64 = 1.645;
-/// The quantile of which one in sixty is above: of three maps with a mesh, each checked for the target, none that misses it
-/// passes in nineteen runs of twenty.
+/// Quantile of the normal distribution that one value in sixty exceeds. With three mesh maps, each checked against the target, in nineteen
+/// runs of twenty none passes that misses it.
 pub const ONE_IN_SIXTY: f64 = 2.128;
 
 /// A mean of squares, in lx², with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanSquare {
-    /// The mean; chance can leave it below 0.
+    /// The mean. Random error can make it negative.
     pub mean: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Skewness of the mean: that of what it is a mean of over the root of their number.
+    /// Skewness of the mean: the skewness of the averaged values divided by the root of their number.
     pub skewness: f64,
 }
 
 impl MeanSquare {
-    /// The mean of products.
+    /// Returns the mean of products.
     pub fn of(products: &[f64]) -> MeanSquare {
         if products.is_empty() {
             return MeanSquare::default();
@@ -55,13 +55,13 @@ impl MeanSquare {
         MeanSquare { mean, standard_error: (squares / (count * (count - 1.0).max(1.0))).sqrt(), skewness }
     }
 
-    /// Root in lx, 0 where chance left nothing.
+    /// Returns the root in lx; 0 where the mean is negative.
     pub fn root_lx(&self) -> f64 {
         self.mean.max(0.0).sqrt()
     }
 
-    /// What the root stays below, in lx, but for the chance that a quantile of the normal distribution leaves. A few products far
-    /// above the others make a mean that is mostly too small, and then its standard error too: the skewness makes up for both.
+    /// Returns an upper bound of the root in lx, with the probability of a quantile of the normal distribution. A few products far above
+    /// the others make most means too small, and their standard errors too. The skewness corrects for both.
     ///
     /// Source: Johnson (1978), "Modified t tests and confidence intervals for asymmetrical populations".
     pub fn upper_root_lx(&self, quantile: f64) -> f64 {
@@ -70,19 +70,19 @@ impl MeanSquare {
     }
 }
 
-/// What a map differs by from light computed without a mesh.
+/// Difference between a map and light computed without a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeasuredDifference {
     /// Direct part.
     pub direct: MeanSquare,
     /// Indirect part.
     pub indirect: MeanSquare,
-    /// Rays that it took.
+    /// Rays used.
     pub rays: u64,
 }
 
 impl MeasuredDifference {
-    /// Both parts: their errors have nothing to do with each other.
+    /// Returns the sum of both parts, whose errors are independent.
     pub fn total(&self) -> MeanSquare {
         let standard_error = self.direct.standard_error.hypot(self.indirect.standard_error);
         let cubes = |part: &MeanSquare| part.skewness * part.standard_error.powi(3);
@@ -94,8 +94,8 @@ impl MeasuredDifference {
     }
 }
 
-/// Chooses places of a map in proportion to their weights: a random one of every part of equal weight, so that a map of fewer
-/// places of equal weight is taken whole. Equal steps would fall into a few columns of a grid.
+/// Chooses points of a map in proportion to their weights: a random one from every part of equal weight. A map with at most this many
+/// points of equal weight is taken completely. Equal steps would fall into a few columns of a grid.
 pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize> {
     let total: f64 = entries.weights.iter().sum();
     let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
@@ -120,14 +120,14 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
     chosen
 }
 
-/// Looks of each half at direct light that has chance in it: more where gloss is seen, few after the run has been ended.
+/// Returns the samples of each half for direct light with random error: more where gloss is seen, few after the run has been ended.
 pub fn looks_until(entries: &Entries, stop: Stop) -> u64 {
     let gloss = entries.sights.as_ref().and_then(|sights| sights.gloss);
     if stop() { LOOKS[1] } else { gloss.map_or(LOOKS[0], |gloss| gloss.checks.max(LOOKS[0])) }
 }
 
-/// Measures direct light: for every chosen place the product of its deviations from two independent estimates, whose
-/// mean is the square of the deviation without the estimates' own noise. The products are returned too.
+/// Measures the error of direct light. For every chosen point it multiplies the deviations from two independent estimates. The mean of
+/// these products is the squared deviation without the estimates' own noise. The products are returned too.
 pub fn measure_direct(
     around: &Surroundings,
     entries: &Entries,
@@ -168,13 +168,13 @@ pub fn measure_direct(
     (MeasuredDifference { direct: MeanSquare::of(&products), indirect: MeanSquare::default(), rays }, products)
 }
 
-/// Indirect light of chosen places by walks of their own, in two independent halves: what a mesh is compared with.
+/// Indirect light of chosen points from walks of their own, in two independent halves. A mesh is compared with it.
 pub struct Checked {
-    /// The places.
+    /// The chosen points.
     pub chosen: Vec<usize>,
-    /// Walks of each half.
+    /// Walks in each half.
     pub walks: u64,
-    /// Rays that they took.
+    /// Rays used.
     pub rays: u64,
     halves_lx: Vec<[f64; 2]>,
     seed: u64,
@@ -182,13 +182,13 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Chosen places, without walks yet.
+    /// Creates a check of chosen points, without walks yet.
     pub fn of(chosen: Vec<usize>, seed: u64, map: u32) -> Checked {
         let halves_lx = vec![[0.0; 2]; chosen.len()];
         Checked { chosen, walks: 0, rays: 0, halves_lx, seed, map }
     }
 
-    /// So many more walks in each half, or as many as there are when the run is ended.
+    /// Adds `more` walks in each half. It stops early when the run is ended, but not before the first walks.
     pub fn add(&mut self, around: &Surroundings, entries: &Entries, more: u64, stop: Stop) {
         let all = self.walks + more;
         let of_piece = (WALKS_OF_PIECE / self.chosen.len().max(1) as u64).max(1);
@@ -225,31 +225,31 @@ impl Checked {
         self.walks = all;
     }
 
-    /// Mean of the places' light in lx.
+    /// Returns the mean light of the points in lx.
     pub fn mean_lx(&self) -> f64 {
         let count = self.halves_lx.len().max(1) as f64;
         self.halves_lx.iter().map(|[first, second]| 0.5 * (first + second)).sum::<f64>() / count
     }
 
-    /// Variance of one walk from a place in lx², as far as the halves' difference tells. It is that of the mean of all
-    /// walks times their number: what evenly spread walks save is in it.
+    /// Returns the variance of one walk from a point in lx², from the difference of the halves. It is the variance of the mean of all walks
+    /// times their number, so it includes the gain from evenly spread walks.
     pub fn variance_of_walk(&self) -> f64 {
         let count = self.halves_lx.len().max(1) as f64;
         let squares: f64 = self.halves_lx.iter().map(|[first, second]| (first - second).powi(2)).sum();
         0.5 * squares / count * self.walks as f64
     }
 
-    /// Rays of a walk, or of those of one entry's places together.
+    /// Returns the rays of a walk, or of the walks of one entry's points together.
     pub fn rays_per_walk(&self) -> f64 {
         self.rays as f64 / (2 * self.walks.max(1) * self.chosen.len().max(1) as u64) as f64
     }
 
-    /// Mean square of what a mesh's light is off by.
+    /// Returns the mean square error of a mesh's light.
     pub fn compare(&self, lights: impl Iterator<Item = EntryLight>) -> MeanSquare {
         MeanSquare::of(&self.products(lights))
     }
 
-    /// What that is the mean of, place by place.
+    /// Returns the products of this mean, point by point.
     pub fn products(&self, lights: impl Iterator<Item = EntryLight>) -> Vec<f64> {
         let product = |(light, [first_lx, second_lx]): (EntryLight, &[f64; 2])| {
             let indirect_lx = light.indirect_mean_lx();
@@ -275,9 +275,9 @@ mod tests {
         }
     }
 
-    /// Places chosen in a grid lie in as many columns as chance puts them in: 128 in 200 columns leave 105 empty, on average,
-    /// with a standard deviation of 4.2 (seeds 1 to 20). Equal steps of 250, the planted fault, meet four columns. A map of as
-    /// many places as are asked for is taken whole.
+    /// Points chosen in a grid lie in as many columns as random ones. 128 points in 200 columns leave 105 empty on average, with a standard
+    /// deviation of 4.2 (seeds 1 to 20). Equal steps of 250, the planted fault, meet four columns. A map with exactly the requested number
+    /// of points is taken completely.
     #[test]
     fn chosen_places_are_spread_over_columns() {
         let entries = grid(200, 160);
@@ -292,8 +292,8 @@ mod tests {
         assert_eq!(choose(&grid(16, 8), 128, 1, 0), (0..128).collect::<Vec<usize>>());
     }
 
-    /// Of 2,000 means of 512 squares, one in fifty of which is a hundred times the others, at least nine in ten lie above
-    /// the true mean of 2.98 with their bound for one in sixty (seed 5). Without the skewness, the planted fault, it is 85%.
+    /// 2,000 means of 512 squares, where one square in fifty is a hundred times the others. At least nine in ten upper bounds for one in
+    /// sixty lie above the true mean of 2.98 (seed 5). Without the skewness, the planted fault, it is 85%.
     #[test]
     fn bounds_of_uneven_squares_hold() {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
@@ -303,7 +303,7 @@ mod tests {
             let squares: Vec<f64> = (0..512)
                 .map(|_| {
                     let of_few = if stream.fine_unit() < 0.02 { 100.0 } else { 1.0 };
-                    // The square of a normal number, by Box and Muller.
+                    // The square of a normal variate, by Box and Muller.
                     let radius_squared = -2.0 * (1.0 - stream.fine_unit()).ln();
                     of_few * radius_squared * (std::f64::consts::TAU * stream.fine_unit()).cos().powi(2)
                 })

@@ -1,8 +1,8 @@
-//! The regular mesh: where its points are, and which cell a place lies in.
+//! The regular mesh: positions of its points, and the cell of a position.
 
 use glam::DVec3;
 
-/// Points of the longest side that a mesh can have: their numbers fit 20 bits each.
+/// Limit for the points along the longest side of a mesh: each index fits in 20 bits.
 const MOST_POINTS: f64 = (1u32 << 20) as f64;
 
 /// A regular mesh of points over a box.
@@ -10,20 +10,20 @@ const MOST_POINTS: f64 = (1u32 << 20) as f64;
 pub struct Lattice {
     /// The point (0, 0, 0) in m.
     pub origin_m: DVec3,
-    /// Distance of neighbours in m.
+    /// Distance between neighbouring points in m.
     pub step_m: f64,
-    /// Points along each axis.
+    /// Number of points along each axis.
     pub counts: [u32; 3],
 }
 
-/// Numbers of a point along the three axes.
+/// Index of a point along the three axes.
 pub type Index = [i32; 3];
 
 impl Lattice {
-    /// A mesh that holds every point within `reach_m` of a box; the box's low faces lie midway between two layers, so that
+    /// Creates a mesh that includes every point within `reach_m` of a box. The low faces of the box lie midway between two layers, so that
     /// walls at round coordinates do not run through points.
     ///
-    /// `None` where one side would need more than a million points.
+    /// `None` if one side would need more than a million points.
     pub fn over([low_m, high_m]: [DVec3; 2], step_m: f64, reach_m: f64) -> Option<Lattice> {
         let margin = (reach_m / step_m).ceil() + 1.0;
         let origin_m = low_m + (0.5 - margin) * step_m;
@@ -35,18 +35,18 @@ impl Lattice {
         })
     }
 
-    /// Points of the whole mesh, used or not.
+    /// Returns the number of points of the whole mesh, used or not.
     pub fn points(&self) -> f64 {
         self.counts.iter().map(|count| f64::from(*count)).product()
     }
 
-    /// Place of a point in m.
+    /// Returns the position of a point in m.
     #[inline]
     pub fn position_m(&self, index: Index) -> DVec3 {
         self.origin_m + self.step_m * DVec3::new(f64::from(index[0]), f64::from(index[1]), f64::from(index[2]))
     }
 
-    /// The cell that a place lies in, by its lowest point, and the place within the cell in steps, 0 to 1.
+    /// Returns the cell of a position, as the index of its lowest point, and the position within the cell in steps, 0 to 1.
     #[inline]
     pub fn cell_of(&self, place_m: DVec3) -> (Index, DVec3) {
         let steps = (place_m - self.origin_m) / self.step_m;
@@ -54,13 +54,13 @@ impl Lattice {
         ([floor.x as i32, floor.y as i32, floor.z as i32], steps - floor)
     }
 
-    /// Whether the mesh has this point.
+    /// Whether the mesh includes this point.
     #[inline]
     pub fn contains(&self, index: Index) -> bool {
         (0..3).all(|axis| (index[axis] as u32) < self.counts[axis])
     }
 
-    /// A number of its own for every point.
+    /// Returns a unique number for every point.
     #[inline]
     pub fn key(&self, [i, j, k]: Index) -> u64 {
         (u64::from(k as u32) << 40) | (u64::from(j as u32) << 20) | u64::from(i as u32)

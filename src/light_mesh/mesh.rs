@@ -1,4 +1,4 @@
-//! The light mesh: points that know which luminaires they see, and the light of places among them.
+//! The light mesh: its points store which luminaires they see. It gives the direct light of receiver points among them.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
@@ -14,19 +14,19 @@ use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::scene::Scene;
 
-/// Nobody has asked for the point yet.
+/// State of a mesh point that is not requested yet.
 const EMPTY: u8 = 0;
-/// A thread is computing it.
+/// State of a mesh point that a thread is computing.
 const BUSY: u8 = 1;
-/// It lies in free space.
+/// State of a mesh point in free space.
 const FREE: u8 = 2;
-/// It lies inside of a solid.
+/// State of a mesh point inside a solid.
 const INSIDE: u8 = 3;
 
-/// Points within this many steps are a place's nearest: one straight above any place is among them.
+/// Distance in steps within which mesh points are a receiver point's nearest. A mesh point straight above any receiver point is among them.
 pub const NEAREST: f64 = 1.25;
 
-/// Points of a leaf: what state each is in, and its words.
+/// Mesh points of a leaf: the state of each, and its words.
 struct BitLeaf {
     states: [AtomicU8; LEAF_POINTS],
     words: Box<[AtomicU64]>,
@@ -41,10 +41,10 @@ impl BitLeaf {
     }
 }
 
-/// Rays and places by what they were for.
+/// Counts of rays and points by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Places whose light was asked for.
+    /// Receiver points whose light was requested.
     pub places: u64,
     /// Mesh points whose visibility was computed.
     pub points: u64,
@@ -54,20 +54,20 @@ pub struct Counts {
     pub members: u64,
     /// Rays from mesh points to luminaires.
     pub visibility_rays: u64,
-    /// Rays that told whether a mesh point lies inside of a solid.
+    /// Rays that test whether a mesh point lies inside a solid.
     pub parity_rays: u64,
-    /// Rays from places to mesh points.
+    /// Rays from receiver points to mesh points.
     pub local_rays: u64,
-    /// Places whose set was empty.
+    /// Receiver points with an empty set.
     pub places_without_set: u64,
-    /// Shadow rays from those.
+    /// Shadow rays from receiver points with an empty set.
     pub fallback_rays: u64,
-    /// Rays from places to luminaires that their sets see through panes.
+    /// Rays from receiver points to luminaires that their sets see through panes.
     pub pane_rays: u64,
 }
 
 impl Counts {
-    /// Rays of all kinds.
+    /// Returns the rays of all kinds.
     pub fn rays(&self) -> u64 {
         self.visibility_rays + self.parity_rays + self.local_rays + self.fallback_rays + self.pane_rays
     }
@@ -88,73 +88,75 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// Room that a thread reuses from place to place.
+/// Working memory that a thread reuses for all its receiver points.
 #[derive(Default)]
 pub struct Workroom {
     candidates: Vec<Candidate>,
     members: Vec<u64>,
     words: Vec<u64>,
     seen: SeenSamples,
-    /// What has been counted since it was made.
+    /// Counts since it was created.
     pub counts: Counts,
 }
 
-/// What the set of mesh points of a place is like, from the surest kind of place on.
+/// Kind of the set of mesh points of a receiver point, from the most certain kind to the least.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SetKind {
-    /// All points of its half ball that are free.
+    /// All free mesh points of the half ball.
     #[default]
     Open,
-    /// Empty: the place looks for itself.
+    /// The set is empty: the receiver point uses shadow rays of its own.
     Alone,
-    /// A solid or a thin wall is near: some points of its half ball are left out, or may be, and shadows may begin at its foot.
+    /// A solid or a thin wall is near. Some points of the half ball are left out, or may be, and shadows may begin at its foot.
     Near,
 }
 
-/// Direct light of a place by the mesh.
+/// Direct light of a receiver point from the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshLight {
     /// Illuminance in lx.
     pub illuminance_lx: f64,
-    /// What the set was like.
+    /// Kind of the set.
     pub set: SetKind,
-    /// Root of the sum of E_i² p_i (1 − p_i) over the luminaires, p_i the share of the set that sees one: 0 where all agree.
+    /// Root of the sum of E_i² p_i (1 − p_i) over the luminaires, in lx, where p_i is the share of the set that sees luminaire i. It is 0
+    /// where all members agree.
     pub disputed_lx: f64,
 }
 
-/// What a mesh stands in: shared by meshes of different steps.
+/// Scene data around a mesh, shared by meshes of different steps.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The scene made ready for rays.
+    /// The scene prepared for ray tracing.
     pub stage: &'a Stage,
     /// Its closed solids.
     pub solids: &'a Solids,
-    /// Points of its luminaires.
+    /// Sample points of its luminaires.
     pub samples: &'a Samples,
-    /// Whether a limit or the user has ended the run so long ago that what is not computed yet is given up.
+    /// Whether a limit or the user ended the run so long ago that the remaining work is abandoned.
     pub give_up: Stop<'a>,
 }
 
 impl Surroundings<'_> {
-    /// Whether no flat mirror shows a luminaire that is looked for.
+    /// Whether no flat mirror shows an image of a luminaire for light samples.
     pub fn has_no_images(&self) -> bool {
         self.stage.mirrors.is_none()
     }
 
-    /// Whether walks look for images of balls and areas, and leave out what they meet by way of any mirror.
+    /// Whether walks sample images of ball and area luminaires. They then leave out these luminaires where they meet them by way of any
+    /// mirror.
     pub fn looks_for_areas(&self) -> bool {
         self.stage.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_all && !mirrors.areas.is_empty())
     }
 }
 
-/// A mesh of points over a scene, each computed when first asked for.
+/// A mesh of points over a scene. Each point is computed when it is first requested.
 pub struct LightMesh<'a> {
     around: Surroundings<'a>,
-    /// How it was made.
+    /// Options with which it was made.
     pub options: Options,
-    /// Where its points are.
+    /// Positions of its points.
     pub lattice: Lattice,
     templates: Option<Templates>,
     walls: Option<Walls>,
@@ -164,7 +166,7 @@ pub struct LightMesh<'a> {
 }
 
 impl<'a> LightMesh<'a> {
-    /// An empty mesh for places within a box; `None` where it would have more points than numbers for them.
+    /// Creates an empty mesh for receiver points within a box; `None` if it would have more points than can be numbered.
     pub fn new(around: Surroundings<'a>, bounds_m: [DVec3; 2], options: Options) -> Option<LightMesh<'a>> {
         let Options { step_m, radius_m, accelerations } = options;
         let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
@@ -177,23 +179,23 @@ impl<'a> LightMesh<'a> {
             tree: SparseTree::over(&lattice)?,
             lattice,
             sees: if tree { by_tree } else { one_by_one },
-            // Below this height rounding may put a point under the surface that the place lies on.
+            // Below this height, rounding may put a mesh point under the surface of the receiver point.
             least_height_m: around.stage.tracer.position_accuracy_m(),
             around,
         })
     }
 
-    /// Bytes that the mesh takes.
+    /// Returns the memory of the mesh in bytes.
     pub fn bytes(&self) -> u64 {
         self.tree.bytes((LEAF_POINTS * self.around.samples.words * size_of::<u64>()) as u64)
     }
 
-    /// Bytes that the mesh would take with every point stored: its words and its state.
+    /// Returns the memory in bytes of the mesh with every point stored: its words and its state.
     pub fn dense_bytes(&self) -> f64 {
         self.lattice.points() * (self.around.samples.words * size_of::<u64>() + size_of::<u8>()) as f64
     }
 
-    /// Direct illuminance at a place: E = Σ_i (share of the set's points that see luminaire i) · E_i.
+    /// Returns the direct illuminance at a receiver point: E = Σ_i (share of the set's points that see luminaire i) · E_i.
     ///
     /// Source: Debelov and Novikov (2009), eq. 6; docs/methods.md (18).
     pub fn direct(&self, receiver: &Receiver, room: &mut Workroom) -> MeshLight {
@@ -233,7 +235,7 @@ impl<'a> LightMesh<'a> {
                 seen.any[word] |= bits;
             }
         }
-        // Only where the points disagree must they be counted.
+        // Only bits on which the points disagree must be counted.
         seen.planes.resize(words * DIGITS, 0);
         for word in 0..words {
             let some = seen.any[word] & !seen.all[word];
@@ -249,19 +251,20 @@ impl<'a> LightMesh<'a> {
         MeshLight { illuminance_lx: light.lx, set, disputed_lx: light.disputed_lx }
     }
 
-    /// Whether a solid is pressed onto a place, so that no light gets there: just over it the parity says inside.
+    /// Whether a solid is in contact with a receiver point, so that no light reaches it. The parity test just above the point then gives
+    /// "inside".
     fn lies_under_solid(&self, receiver: &Receiver, counts: &mut Counts) -> bool {
         if !self.options.accelerations.inside_flags {
             return false;
         }
-        // Twice the height that rounding may take: gaps wider than that are sounded by rays.
+        // Twice the height that rounding may take. Rays test gaps wider than that.
         let over_m = receiver.point_m + 2.0 * self.least_height_m * receiver.normal;
         let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, over_m);
         counts.parity_rays += rays;
         inside
     }
 
-    /// Points of the set D of a place, without their values: for tests and for what they cost.
+    /// Returns the mesh points of the set D of a receiver point, without their values. It is for tests and for measuring the cost.
     pub fn set_of(&self, receiver: &Receiver, room: &mut Workroom) -> Vec<Index> {
         self.gather(receiver, room);
         room.candidates.retain(|candidate| self.is_free(candidate.index, &mut room.words, &mut room.counts));
@@ -281,7 +284,7 @@ impl<'a> LightMesh<'a> {
         found.retain(|candidate| self.lattice.contains(candidate.index));
     }
 
-    /// Whether a thin wall near a place may hide points of its set.
+    /// Whether a thin wall near a receiver point may hide points of its set.
     fn has_walls_near(&self, receiver: &Receiver) -> bool {
         self.walls.as_ref().is_none_or(|walls| {
             let (cell, _) = self.lattice.cell_of(receiver.point_m);
@@ -289,7 +292,7 @@ impl<'a> LightMesh<'a> {
         })
     }
 
-    /// Leaves of the candidates those that the place sees, by rays of their own.
+    /// Keeps only the candidates that the receiver point sees, tested by rays of its own.
     fn test_each(&self, receiver: &Receiver, room: &mut Workroom) {
         let Workroom { candidates, counts, words, .. } = room;
         if self.walls.is_some() {
@@ -314,10 +317,10 @@ impl<'a> LightMesh<'a> {
         }
     }
 
-    /// Fills `members` with the words of all points of a place's set.
+    /// Fills `members` with the words of all points of a receiver point's set.
     ///
-    /// With flags, points inside of solids are left out, and where neither a thin wall is near nor one of the nearest
-    /// points is inside, that is all. Where one is, the place may lie under a solid or in a crack beside it.
+    /// With inside flags, points inside solids are left out. If no thin wall is near and none of the nearest points is inside a solid, no
+    /// further test is needed. If one is inside, the receiver point may lie under a solid or in a crack beside it.
     fn gather(&self, receiver: &Receiver, room: &mut Workroom) -> SetKind {
         self.list_candidates(receiver, room);
         if !self.has_walls_near(receiver) && self.take_all(room) {
@@ -328,7 +331,7 @@ impl<'a> LightMesh<'a> {
         SetKind::Near
     }
 
-    /// Takes the words of all candidates that are free; whether none of the nearest is inside of a solid.
+    /// Collects the words of all free candidates. Returns whether none of the nearest is inside a solid.
     fn take_all(&self, room: &mut Workroom) -> bool {
         let Workroom { candidates, members, words, counts, .. } = room;
         members.clear();
@@ -352,7 +355,7 @@ impl<'a> LightMesh<'a> {
         self.ensure(leaf, place, index, words, counts) == FREE
     }
 
-    /// Computes a point if nobody has; returns its state. What it holds depends on its place alone.
+    /// Computes a mesh point unless this is already done, and returns its state. Its data depend only on its position.
     #[inline]
     fn ensure(&self, leaf: &BitLeaf, place: usize, index: Index, words: &mut Vec<u64>, counts: &mut Counts) -> u8 {
         let state = leaf.states[place].load(Ordering::Acquire);

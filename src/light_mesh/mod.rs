@@ -1,7 +1,7 @@
-//! Light meshes: visibility of the luminaires, known at the points of a regular mesh and averaged near each receiver.
+//! Light meshes: the visibility of the luminaires is computed at the points of a regular mesh and averaged near each receiver.
 //!
-//! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
-//! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
+//! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding in ray tracing") and
+//! Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
 
 mod anew;
 pub mod classes;

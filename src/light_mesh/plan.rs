@@ -1,4 +1,4 @@
-//! How a map is computed: the step and the walks that the target needs, and shadow rays where they are cheaper.
+//! Plans the computation of a map: the mesh step and the number of walks that the target requires, or shadow rays where they are cheaper.
 
 use std::f64::consts::PI;
 
@@ -12,54 +12,54 @@ use super::options::{
 };
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
-/// Steps along the side of a map's area on the first mesh tried.
+/// Steps along the side of a map's area for the first mesh.
 pub(super) const FIRST_STEPS: f64 = 16.0;
-/// Refinements at most: steps from the first to a 4,000th of it.
+/// Largest number of refinements: the last step is a 4,000th of the first.
 pub(super) const MOST_REFINEMENTS: u32 = 12;
-/// The maps' numbers of the streams that check while a plan is made; what is stated at the end is checked anew.
+/// Offset of the maps' numbers for streams of checks during planning. The stated error is checked with other streams at the end.
 pub(super) const PLANNING: u32 = 1 << 16;
 
-/// What the user asks of light meshes.
+/// The user's settings for light meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wishes {
-    /// Step in m; `None`: found by refining.
+    /// Step in m; `None`: found by refinement.
     pub step_m: Option<f64>,
     /// Radius in m; `None`: 1.25 steps.
     pub radius_m: Option<f64>,
-    /// What mesh points keep of indirect light.
+    /// Form in which mesh points store indirect light.
     pub form: IndirectForm,
-    /// What saves time.
+    /// Accelerations to use.
     pub accelerations: Accelerations,
-    /// Error to reach, as a fraction; `None`: the mesh as asked for.
+    /// Target error as a fraction; `None`: use the mesh as set.
     pub target_error: Option<f64>,
     /// Seed of all streams.
     pub seed: u64,
 }
 
-/// How direct light of a map is computed.
+/// Method for the direct light of a map.
 pub enum DirectPlan<'a> {
     /// By a mesh.
     Mesh(Box<LightMesh<'a>>),
-    /// By shadow rays, and why.
+    /// By shadow rays, with the reason.
     Rays(Why),
 }
 
-/// Why shadow rays, or walks, from every place complete a map.
+/// Reason why shadow rays or walks from every receiver point complete a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Why {
-    /// Every place by itself takes fewer rays than a mesh of this step in m and what it takes to find one.
+    /// Every receiver point alone takes fewer rays than a mesh of this step in m and the search for it.
     Cheaper(f64),
-    /// A mesh of half the step, down to this one in m, is not nearer to the light: nothing near by is smooth enough.
+    /// A mesh with half the step, down to this one in m, is not more accurate: the light nearby is not smooth enough.
     NotSmooth(f64),
     /// Plans with a mesh missed the target.
     Missed,
-    /// Samples with lines of sight of their own take fewer rays than rays along gloss for a mesh do.
+    /// Samples with their own lines of sight take fewer rays than rays along gloss for a mesh.
     Gloss,
-    /// The step that the user gave does not meet the target: this error in it.
+    /// The user's step does not meet the target: the mesh has this error.
     StepMisses(f64),
-    /// A luminaire stands close to a surface, and the points of this map's mesh could not look back from the spot that it lights.
+    /// A luminaire stands close to a surface. Points of this map's mesh cannot use light-path connections from the spot that it lights.
     NearLights,
-    /// The step in m that the user gave makes a mesh of more points than can be numbered.
+    /// The user's step in m gives a mesh with more points than can be numbered.
     TooFine(f64),
     /// A limit or the user ended the search before a mesh was found that is better than few walks.
     Cut,
@@ -67,23 +67,23 @@ pub enum Why {
     Dark,
 }
 
-/// How indirect light of a map is computed.
+/// Method for the indirect light of a map.
 pub enum IndirectPlan<'a> {
-    /// Nothing reflects.
+    /// No surface reflects.
     Nothing,
-    /// Gathered at the points of a mesh.
+    /// Light is gathered at the points of a mesh.
     Mesh(Box<IndirectMesh<'a>>),
-    /// By walks from every place, and why.
+    /// By walks from every receiver point, with the reason.
     Walks(Why),
 }
 
 impl<'a> IndirectPlan<'a> {
-    /// The same for computing.
+    /// Returns the method in the form used for computing.
     pub fn by(&self) -> IndirectBy<'_, 'a> {
         match self {
             IndirectPlan::Nothing => IndirectBy::Nothing,
             IndirectPlan::Mesh(mesh) => IndirectBy::Mesh(mesh),
-            // What completes the map comes round by round.
+            // Rounds of walks complete the map later.
             IndirectPlan::Walks(_) => IndirectBy::Nothing,
         }
     }
@@ -95,9 +95,9 @@ pub struct MapPlan<'a> {
     pub direct: DirectPlan<'a>,
     /// Indirect light.
     pub indirect: IndirectPlan<'a>,
-    /// Walks of each half that the last check of indirect light needs.
+    /// Walks in each half for the last check of indirect light.
     pub check_walks: u64,
-    /// What the mesh's error in direct light stays below with 95% probability, in lx; 0 by shadow rays.
+    /// Upper bound of the mesh's error in direct light with 95% probability, in lx; 0 for shadow rays.
     pub direct_upper_lx: f64,
     /// Work so far.
     pub effort: Effort,
@@ -106,8 +106,8 @@ pub struct MapPlan<'a> {
 }
 
 impl MapPlan<'_> {
-    /// Whether the points of a mesh for indirect light can look back from what luminaires light that stand close to surfaces:
-    /// those that keep the light of planes can, those that keep light from all sides or leave mirrors to the places cannot.
+    /// Whether the mesh points for indirect light can use light-path connections to luminaires that stand close to surfaces. Points that
+    /// store the light of planes can. Points that store light from all sides, or that leave mirrors to the receiver points, cannot.
     pub fn looks_back(&self, around: &Surroundings, entries: &Entries) -> bool {
         let is_directional = match &self.indirect {
             IndirectPlan::Mesh(mesh) => mesh.gathering.form == IndirectForm::Directional,
@@ -121,20 +121,20 @@ impl MapPlan<'_> {
 pub struct Planner<'a> {
     /// The scene.
     pub around: Surroundings<'a>,
-    /// What is asked for.
+    /// The user's settings.
     pub wishes: Wishes,
-    /// Part of the target that plans aim at, 1 or less: a map whose last check missed it is planned again with less.
+    /// Part of the target at which plans aim, 1 or less. A map whose last check missed the target is planned again with a smaller part.
     pub caution: f64,
-    /// Whether every place is to be computed by itself: a map whose meshes have missed the target is.
+    /// Whether every receiver point is computed by itself. This applies to a map whose meshes have missed the target.
     pub by_places: bool,
-    /// Rays that a map which the target does not bind may take, about.
+    /// Approximate limit of rays for a map without a target.
     pub most_rays: f64,
     /// Whether a limit or the user has ended the run.
     pub stop: Stop<'a>,
 }
 
 impl<'a> Planner<'a> {
-    /// Plans a map. One that the target does not bind is not refined.
+    /// Plans a map. Only a map with a target (`refines`) is refined.
     pub fn plan(&self, entries: &Entries, map: u32, refines: bool) -> MapPlan<'a> {
         let mut plan = MapPlan {
             direct: DirectPlan::Rays(Why::Dark),
@@ -227,7 +227,7 @@ impl<'a> Planner<'a> {
             plan.check_rays += measured.rays;
             plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);
             let error = plan.direct_upper_lx / mean_lx.max(f64::MIN_POSITIVE);
-            // A given step is refused for its error alone: a target was given too.
+            // A target was given, so the user's step is refused if its error is too large.
             if error <= share * target_error || (self.stop)() {
                 plan.direct = DirectPlan::Mesh(Box::new(mesh));
                 return;
@@ -243,7 +243,7 @@ impl<'a> Planner<'a> {
     }
 }
 
-/// Side of the square that a map stands for: of its area, or of the largest face of the box around it.
+/// Returns the side of the square that a map stands for, in m: of its area, or of the largest face of its bounding box.
 pub(super) fn side_m(entries: &Entries) -> f64 {
     area_m2(entries).sqrt()
 }
@@ -251,19 +251,19 @@ pub(super) fn side_m(entries: &Entries) -> f64 {
 fn area_m2(entries: &Entries) -> f64 {
     let size = entries.bounds_m[1] - entries.bounds_m[0];
     let face_m2 = (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
-    // A row of points has no area: it stands for a square as long as itself.
+    // A row of points has no area: use a square as long as the row.
     let box_m2 = if face_m2 > 0.0 { face_m2 } else { size.max_element().powi(2) };
     let area_m2 = entries.area_m2.filter(|area_m2| *area_m2 > 0.0).unwrap_or(box_m2);
     if area_m2 > 0.0 { area_m2 } else { 1.0 }
 }
 
-/// About how many mesh points a map uses: a layer as thick as the radius over its area, or a half ball for each place.
+/// Estimates how many mesh points a map uses: a layer over its area as thick as the radius, or a half ball for each receiver point.
 pub(super) fn points_needed(entries: &Entries, step_m: f64, radius_m: f64) -> f64 {
     let layer = area_m2(entries) / (step_m * step_m) * (radius_m / step_m + 1.0);
     layer.min(half_ball(radius_m / step_m) * entries.places() as f64)
 }
 
-/// Points of half a ball, by its volume.
+/// Returns the number of mesh points in a half ball, from its volume.
 pub(super) fn half_ball(radius_per_step: f64) -> f64 {
     2.0 / 3.0 * PI * radius_per_step.powi(3)
 }

@@ -1,5 +1,5 @@
-//! How the indirect light of a map is computed: the step that is fine enough and the walks that leave little enough chance,
-//! or walks from every place where those take fewer rays.
+//! Plans the indirect light of a map: a fine enough mesh step and enough walks for a small random error, or walks from every receiver point
+//! where these take fewer rays.
 
 use super::entries::Entries;
 use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
@@ -11,61 +11,61 @@ use super::plan::{
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
 
-/// Indirect light varies more smoothly: its mesh is this much coarser than a step that the user gives.
+/// Ratio of the step for indirect light to the user's step. Indirect light varies more smoothly.
 const INDIRECT_COARSER: f64 = 3.0;
-/// Radius over step of the sets that indirect light with directions is fitted over.
+/// Ratio of radius to step for the sets over which directional indirect light is fitted.
 const DIRECTIONAL_RADIUS_PER_STEP: f64 = 2.1;
-/// Walks from a mesh point on the first try.
+/// Walks from a mesh point in the first trial.
 const FIRST_WALKS: u32 = 512;
-/// Walks from a mesh point at least and at most.
+/// Least and largest number of walks from a mesh point.
 const WALKS: [u32; 2] = [64, 1 << 15];
-/// The next try has this many times the walks at most.
+/// Largest factor by which the next trial has more walks.
 const MOST_MORE_WALKS: f64 = 16.0;
-/// Chance in indirect light over its mean, where no target is set.
+/// Random error of indirect light, relative to its mean, without a target.
 const QUIET: f64 = 0.007;
-/// Walks from a mesh point at most where no target is set.
+/// Largest number of walks from a mesh point without a target.
 const MOST_QUIET_WALKS: u32 = 8192;
-/// Walks from a checked place in each half that tell how bright and how noisy indirect light is.
+/// Walks in each half from a checked point for estimating the mean and the noise of indirect light.
 const PILOT_WALKS: u64 = 64;
-/// Walks from a checked place in each half, at most.
+/// Largest number of walks in each half from a checked point.
 const MOST_CHECK_WALKS: u64 = 16_384;
-/// Part of the squared error allowed to indirect light that the mesh's step may take.
+/// Part of the squared error allowed for indirect light that the mesh's step may take.
 const SHARE_OF_STEP: f64 = 0.55;
-/// Part of it that chance may take: the rest is left to the last check's own chance.
+/// Part of that squared error that random error may take. The rest is left to the random error of the last check.
 const SHARE_OF_CHANCE: f64 = 0.3;
-/// Least part of the target that indirect light gets, whatever direct light has taken.
+/// Least part of the target for indirect light, whatever direct light has used.
 const LEAST_SHARE: f64 = 0.3;
-/// A step half as long should leave less than this part of the squared error.
+/// Half the step must leave less than this part of the squared error.
 const HELPED: f64 = 0.8;
-/// Finding a mesh may take this part of the rays that walks from every place would take.
+/// Part of the rays for walks from every receiver point that the search for a mesh may take.
 const SHARE_OF_SEARCH: f64 = 0.25;
-/// Chance below this part of what is to be told is not in the way.
+/// Random error below this part of the value to be measured is acceptable.
 const LITTLE: f64 = 0.3;
 
-/// A mesh, and what it was found to be off by at the checked places.
+/// A mesh with its error at the checked points.
 struct Trial<'a> {
     /// The mesh.
     mesh: IndirectMesh<'a>,
-    /// What it says of the checked places.
+    /// Light of the checked points from the mesh.
     lights: Vec<EntryLight>,
-    /// Square of what chance in its walks does, in lx².
+    /// Squared random error from its walks, in lx².
     of_chance: f64,
-    /// Points that were gathered at.
+    /// Number of mesh points at which light was gathered.
     points: f64,
-    /// Rays of one walk from one of its points.
+    /// Rays of one walk from one mesh point.
     rays_per_walk: f64,
-    /// Rays of all.
+    /// All rays of the trial.
     rays: f64,
 }
 
 impl Trial<'_> {
-    /// Square of what its step does, in lx², and the standard error of that.
+    /// Returns the squared error from the step, in lx², and its standard error.
     fn of_step(&self, checked: &Checked) -> (f64, f64) {
         let measured = checked.compare(self.lights.iter().copied());
         ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
     }
 
-    /// Walks from each point of its mesh that leave no more chance than its part of what is allowed in lx².
+    /// Returns the walks from each mesh point that keep the random error within its part of the allowed squared error in lx².
     fn walks_needed(&self, allowed: f64) -> u32 {
         let needed = f64::from(self.mesh.gathering.walks) * self.of_chance / (SHARE_OF_CHANCE * allowed);
         (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2)
@@ -73,8 +73,8 @@ impl Trial<'_> {
 }
 
 impl Planner<'_> {
-    /// What the step of a trial does, in lx², beside the most that it may; `None` while that cannot be told, and the mesh has more chance
-    /// in it than the check. Where the check has more, it gets more walks.
+    /// Returns the squared error from the step of a trial, in lx², for comparison with its limit `most`. If the check has the larger random
+    /// error, it gets more walks. `None` if the result stays uncertain because the mesh has the larger random error.
     fn measured_step(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
         loop {
             let (of_step, standard_error) = trial.of_step(checked);
@@ -90,7 +90,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Sets of two layers, so that a slope across them is known; those of the paper's form are means, as close as can be.
+    /// Sets have two layers, so that the slope across them can be fitted. Sets of the paper's form are means and as close as possible.
     fn indirect_radius_per_step(&self) -> f64 {
         match (self.wishes.radius_m, self.wishes.form) {
             (None, IndirectForm::Directional) => DIRECTIONAL_RADIUS_PER_STEP,
@@ -103,7 +103,7 @@ impl Planner<'_> {
         asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS)
     }
 
-    /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
+    /// Traces a few walks from some points to estimate the mean of indirect light and the random error of a walk.
     pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut MapPlan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let mut checked = Checked::of(chosen, self.wishes.seed, PLANNING + map);
@@ -112,7 +112,7 @@ impl Planner<'_> {
         checked
     }
 
-    /// Walks enough to tell what a first mesh is off by.
+    /// Adds enough walks to measure the error of a first mesh.
     fn add_to_pilot(&self, entries: &Entries, checked: &mut Checked, plan: &mut MapPlan) {
         let before = checked.rays;
         checked.add(&self.around, entries, FIRST_CHECK_WALKS.saturating_sub(checked.walks), self.stop);
@@ -121,7 +121,7 @@ impl Planner<'_> {
 }
 
 impl<'a> Planner<'a> {
-    /// Plans indirect light within what direct light leaves of the target.
+    /// Plans indirect light within the part of the target that direct light leaves.
     pub(super) fn plan_indirect(
         &self,
         entries: &Entries,
@@ -159,7 +159,7 @@ impl<'a> Planner<'a> {
             let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
             if (self.stop)() {
-                // This trial may be half done, with few walks in it as the rest would have: the one before is not.
+                // This trial may be incomplete, with fewer walks, as the remaining points would have. The previous trial is complete.
                 plan.indirect = match last {
                     Some(last) => {
                         let walks = last.mesh.gathering.walks;
@@ -213,14 +213,14 @@ impl<'a> Planner<'a> {
             }
             coarser = Some(of_step + spread);
             step_m *= 0.5;
-            // What the step does is much less now: the walks that could tell it before are not needed to see that.
+            // The error from the step is much smaller now. Measuring this does not require the walks of the previous step.
             walks = FIRST_WALKS;
             last = Some(trial);
         }
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
     }
 
-    /// What the error of indirect light may be, in lx: what direct light leaves.
+    /// Returns the allowed error of indirect light in lx: the part that direct light leaves.
     fn allowed_indirect_lx(
         &self,
         entries: &Entries,
@@ -240,7 +240,7 @@ impl<'a> Planner<'a> {
         square.max((LEAST_SHARE * target_lx).powi(2)).sqrt()
     }
 
-    /// Mean of all light in lx, by a few shadow rays from the checked places and by their walks.
+    /// Returns the mean of all light in lx, from few shadow rays and from walks of the checked points.
     fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut MapPlan) -> f64 {
         let by_rays = DirectBy::Rays { first: 0, passes: 1 };
         let (seed, map) = (self.wishes.seed, PLANNING + map);
@@ -250,7 +250,7 @@ impl<'a> Planner<'a> {
         checked.mean_lx() + mean(lights.iter().map(EntryLight::direct_mean_lx))
     }
 
-    /// Gathers at the checked places and compares.
+    /// Gathers light for the checked points and compares.
     fn try_mesh(
         &self,
         entries: &Entries,
@@ -278,8 +278,8 @@ impl<'a> Planner<'a> {
         })
     }
 
-    /// Plans indirect light where no target binds: the mesh as it was asked for, with walks enough that chance is not seen,
-    /// if the rays that the map may take suffice for them.
+    /// Plans indirect light without a target: the mesh as set, with enough walks to make random error invisible, if the map's limit of rays
+    /// allows them.
     pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut MapPlan<'a>) {
         let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
         let mut checked = self.pilot(entries, map, plan);
@@ -307,8 +307,8 @@ impl<'a> Planner<'a> {
     }
 }
 
-/// What a search that was ended has at its best: the mesh of a trial, whose other points get few walks, or few walks from
-/// every place.
+/// Returns the best plan after an interrupted search: the mesh of a trial, whose other points get few walks, or few walks from every
+/// receiver point.
 fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f64) -> IndirectPlan<'a> {
     let known = (trial.points / points.max(1.0)).min(1.0);
     let times = f64::from(walks) / f64::from(HURRIED_WALKS);
@@ -320,7 +320,7 @@ fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f6
     }
 }
 
-/// Walks for the next try: chance's square falls at least as 1/n, and a try that goes too far is the dearer mistake.
+/// Returns the walks for the next trial. The squared random error falls at least as 1/n, and too many walks are the more expensive mistake.
 fn more_walks(walks: u32, excess: f64) -> u32 {
     let times = excess.clamp(2.0, MOST_MORE_WALKS).log2().ceil().exp2();
     ((f64::from(walks) * times) as u32).min(WALKS[1])

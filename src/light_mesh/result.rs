@@ -1,4 +1,4 @@
-//! From computed places to a map with the error it states.
+//! Converts computed points to a map with its stated error.
 
 use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
@@ -16,46 +16,46 @@ use crate::maps::{
 };
 use crate::scene::{ElementSizes, Elements, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, evaluation_grid};
 
-/// Entries that are computed between two looks at the clock.
+/// Entries computed between two checks of the clock.
 const ENTRIES_OF_PART: usize = 1024;
-/// Standard error of what was measured over its mean from which on it is stated too.
+/// Standard error of the measured squared error, relative to its mean, above which it is stated too.
 const MOST_UNSURE: f64 = 0.5;
 
-/// A map, and what it took.
+/// A computed map, with the work for it.
 pub struct TracedMap {
     /// The map.
     pub map: MapResult,
-    /// What was measured of its error.
+    /// Measured error of the map.
     pub measured: MeasuredDifference,
-    /// What the stated error stays below with 95% probability.
+    /// Upper bound of the stated error with 95% probability.
     pub upper_error: f64,
-    /// Work of computing it, planning included.
+    /// Work for computing the map, including planning.
     pub effort: Effort,
-    /// Rays that checked it.
+    /// Rays for checking the map.
     pub check_rays: u64,
-    /// The plan that was followed.
+    /// Facts of the mesh for direct light, if one was used.
     pub mesh: Option<MeshFacts>,
-    /// Step and walks of the mesh that gathered indirect light.
+    /// Settings, with step and walks, of the mesh that gathered indirect light.
     pub gathering: Option<super::indirect::Gathering>,
-    /// Rounds of shadow rays and walks from every place, where those completed it.
+    /// Rounds of shadow rays and walks from every receiver point, if these completed the map.
     pub rounds: Rounds,
 }
 
-/// What is to be told of a mesh.
+/// Facts to report of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshFacts {
     /// Step in m.
     pub step_m: f64,
     /// Radius in m.
     pub radius_m: f64,
-    /// Bytes that it takes.
+    /// Memory in bytes.
     pub bytes: u64,
-    /// Bytes that it would take with every point stored.
+    /// Memory in bytes with every point stored.
     pub dense_bytes: f64,
 }
 
 impl Planner<'_> {
-    /// Computes a map by its plan and measures its error at places of its own.
+    /// Computes a map by its plan and measures its error at separate points.
     pub fn trace(&self, entries: &Entries, map: u32, plan: &MapPlan) -> TracedMap {
         let seed = self.wishes.seed;
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
@@ -71,7 +71,7 @@ impl Planner<'_> {
         };
         let rounds = self.complete(entries, map, plan, &mut lights, &mut effort);
 
-        // What is stated is checked at places and with numbers that no choice has seen.
+        // The stated error is checked at points and with random numbers that were not used for any choice.
         let mut measured = MeasuredDifference::default();
         let chosen = |most: usize| -> Vec<(usize, EntryLight)> {
             choose(entries, most, seed, map).into_iter().map(|entry| (entry, lights[entry])).collect()
@@ -83,7 +83,7 @@ impl Planner<'_> {
             let (of_all, mut products) =
                 measure_direct(&self.around, entries, &checked, looks_until(entries, self.stop), seed, map);
             measured = of_all;
-            // What few places are like enters the errors of those places alone.
+            // Rare kinds of points contribute only to the errors of points of the same kind.
             let known: Vec<usize> = checked.iter().map(|(entry, _)| *entry).collect();
             let missing = classes.missing(&lights, &entries.weights, &known);
             let more: Vec<(usize, EntryLight)> = missing.into_iter().map(|entry| (entry, lights[entry])).collect();
@@ -98,7 +98,7 @@ impl Planner<'_> {
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
             let chosen = choose(entries, LAST_INDIRECT_PLACES, seed, map);
-            // As many walks in all as the plan says for its places.
+            // The total number of walks equals the plan's number for its points.
             let walks = (plan.check_walks * INDIRECT_PLACES as u64).div_ceil(chosen.len().max(1) as u64);
             let mut checked = Checked::of(chosen, seed, map);
             checked.add(&self.around, entries, walks, self.stop);
@@ -130,7 +130,7 @@ impl Planner<'_> {
         TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, rounds }
     }
 
-    /// Computes all entries of a map, part by part; those that come after it is given up stay dark.
+    /// Computes all entries of a map, part by part. Entries that are left when the run is abandoned stay dark.
     pub(super) fn light_of_all(
         &self,
         entries: &Entries,
@@ -152,7 +152,7 @@ impl Planner<'_> {
         (lights, effort)
     }
 
-    /// Computes direct light with a shadow ray to every one of some points, each a point source, and measures its error.
+    /// Computes direct light with a shadow ray to every sample point, each as a point source, and measures its error.
     pub fn trace_points(&self, entries: &Entries, map: u32, points: &Samples) -> TracedMap {
         let seed = self.wishes.seed;
         let all: Vec<usize> = (0..entries.weights.len()).collect();
@@ -177,7 +177,7 @@ impl Planner<'_> {
         }
     }
 
-    /// The map; `squares` gives the mean square of the error of a place's kind, in lx².
+    /// Builds the map and its upper error. `squares` returns the mean square error of a point's kind, in lx².
     fn map_of(
         &self,
         entries: &Entries,
@@ -188,8 +188,8 @@ impl Planner<'_> {
     ) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
         let halves_lx = random_lx(entries, lights, EntryLight::halves_lx);
-        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places. Of k
-        // places, each with a difference of its own, that is short by this much in one case in twenty.
+        // The measured error includes the noise of a mesh's walks, but not the noise of rays and walks from the receiver points. With k
+        // points, each with an independent difference, the estimate of that noise is too small by this factor in one case in twenty.
         let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
         let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
         let of_places_lx = if measured.indirect == MeanSquare::default() {
@@ -199,7 +199,7 @@ impl Planner<'_> {
         };
         let random_lx = halves_lx.max(of_places_lx);
         let total = measured.total();
-        // A check that was cut short may have been lucky: where it is that unsure, its standard error is stated with it.
+        // An interrupted check may be too small by chance. If it is uncertain, its standard error is added to the stated error.
         let unsure = if total.standard_error > MOST_UNSURE * total.mean { total.standard_error } else { 0.0 };
         let whole = total.mean.max(0.0) + unsure + of_places_lx.powi(2);
         let estimated_lx = whole.max(random_lx.powi(2)).sqrt();

@@ -1,4 +1,4 @@
-//! The luminaires as points, each a bit of what a mesh point knows.
+//! The luminaires as sample points. Each sample point is one bit in the data of a mesh point.
 
 use std::f64::consts::PI;
 
@@ -11,26 +11,26 @@ use crate::sampling::emitter::Emitter;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 
-/// Bits of a word.
+/// Bits per word.
 const WORD: usize = u64::BITS as usize;
-/// Points along each edge of the square that stratifies an area, from few such luminaires to many.
+/// Sample points along each edge of the square that stratifies an area: for few area luminaires, and for many.
 const EDGES: [usize; 2] = [8, 4];
-/// Areas and openings up to which each gets the most points.
+/// Largest number of areas and openings that each get the larger number of sample points.
 const FEW: usize = 8;
-/// The map number of the streams that place points.
+/// Map number of the random streams that position the sample points.
 const PLACING: u32 = u32::MAX;
 
-/// Points of all emitters.
+/// Sample points of all emitters.
 pub struct Samples {
-    /// Words that hold all bits.
+    /// Words for all bits.
     pub words: usize,
-    /// First word of the bits of points that are seen through panes alone; `None` where there are no panes.
+    /// First word of the bits for sample points that are seen only through panes; `None` without panes.
     panes_from: Option<usize>,
     groups: Vec<EmitterSamples>,
     points: Vec<EmitterPoint>,
 }
 
-/// The points of one emitter.
+/// The sample points of one emitter.
 #[derive(Clone, Copy, Debug)]
 struct EmitterSamples {
     word: usize,
@@ -38,9 +38,9 @@ struct EmitterSamples {
     shift: u32,
     count: u32,
     mask: u64,
-    /// Its first point.
+    /// Index of its first sample point.
     first: usize,
-    /// Every point brings its own share, as parts of an opening do; else the whole has a closed formula.
+    /// Whether every sample point contributes its own share, as parts of an opening do. Otherwise the whole emitter has a closed formula.
     in_parts: bool,
 }
 
@@ -50,21 +50,21 @@ enum EmitterPoint {
         origin: Origin,
         point: OpeningPoint,
     },
-    /// On the disk that a place sees of a ball.
+    /// A point on the disk that a receiver point sees of a ball.
     OnBall([f64; 2]),
 }
 
-/// Which points of an area stand for it.
+/// Placing of the sample points on an area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplePlacing {
-    /// Points enough for soft shadows, fewer where there are many areas.
+    /// Enough sample points for soft shadows, fewer where there are many areas.
     Stratified,
-    /// This many on every triangle, ball and opening; one lies in the middle.
+    /// This many on every triangle, ball and opening; a single one lies in the middle.
     Count(usize),
 }
 
 impl Samples {
-    /// Places points on every emitter; the seed moves them within their strata.
+    /// Positions sample points on every emitter. The seed moves them within their strata.
     pub fn of(stage: &Stage, placing: SamplePlacing, seed: u64) -> Samples {
         let list = stage.emitters.list();
         let extended = list.iter().filter(|emitter| !emitter.is_single_point()).count();
@@ -104,17 +104,17 @@ impl Samples {
         samples
     }
 
-    /// Points of all emitters together: the rays of one place that sees all.
+    /// Returns the number of sample points of all emitters: the rays of one receiver point that sees all of them.
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether nothing gives light.
+    /// Whether there is no emitter.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// Looks from a place at every point and hands out the words; returns the rays it took.
+    /// Tests the visibility of every sample point from one position and writes the words. Returns the number of rays.
     pub fn look(&self, stage: &Stage, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
         words.fill(0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
@@ -133,7 +133,7 @@ impl Samples {
         self.points.len() as u64
     }
 
-    /// Where a point of an emitter is, for rays from a place; `None` for a ball that the place is inside of.
+    /// Returns the origin of an emitter's sample point, for rays from a receiver point; `None` if the receiver point is inside the ball.
     fn origin_of(&self, stage: &Stage, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
         match self.points[number] {
             EmitterPoint::Fixed { origin, .. } => Some(origin),
@@ -143,12 +143,12 @@ impl Samples {
         }
     }
 
-    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance), how much of it is
-    /// disputed, and the rays that it took.
+    /// Returns the illuminance at a receiver from shares of visibility, Σ (share seen) × (unshadowed illuminance), with its disputed part
+    /// and the rays used.
     ///
-    /// `any` holds the bits that some of `members` points see, `all` those that all see; `planes[word·depth + b]` the
-    /// binary digits, from the lowest, of how many see each bit that only some see. What is seen through panes by any of
-    /// them passes a pane whose share depends on the angle: the receiver asks for it with rays of its own.
+    /// `any` holds the bits that at least one of `members` points sees, and `all` the bits that all see. `planes[word·depth + b]` holds the
+    /// binary digits, lowest first, of the number of points that see each partly seen bit. Light seen through panes by any of them depends
+    /// on the angle at the pane. The receiver traces rays of its own for it.
     pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &SeenSamples) -> SharedLight {
         let (mut sum_lx, mut disputed_squared, mut rays) = (0.0, 0.0, 0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
@@ -157,7 +157,7 @@ impl Samples {
             {
                 let (lx, more) = self.through_panes_lx(stage, emitter, group, receiver);
                 sum_lx += lx;
-                // Rays of its own: what is disputed is no more than its steps.
+                // The receiver has rays of its own: the disputed part is at most the step of one sample point.
                 disputed_squared += lx * lx / f64::from(group.count * group.count);
                 rays += more;
                 continue;
@@ -180,14 +180,15 @@ impl Samples {
             };
             sum_lx += lx;
             if any != all {
-                // E² p (1 − p) with the E p that is known.
+                // E² p (1 − p), computed from the known E p.
                 disputed_squared += lx * lx * (1.0 - share) / share;
             }
         }
         SharedLight { lx: sum_lx, disputed_lx: disputed_squared.sqrt(), rays }
     }
 
-    /// Illuminance of one emitter with a ray to each of its points, each weighed by what panes let pass; and the rays.
+    /// Returns the illuminance from one emitter in lx, and the number of rays. Each of its sample points gets a ray, weighted by the
+    /// transmittance of panes.
     fn through_panes_lx(
         &self,
         stage: &Stage,
@@ -208,7 +209,7 @@ impl Samples {
         (sum_lx / f64::from(group.count), u64::from(group.count))
     }
 
-    /// The same of an opening, whose parts count as points of their own.
+    /// Returns the illuminance from an opening, whose parts count as sample points of their own.
     fn parts_lx(&self, emitter: &Emitter, group: &EmitterSamples, receiver: &Receiver, seen: &SeenSamples) -> f64 {
         let mut sum_lx = 0.0;
         for number in 0..group.count {
@@ -228,8 +229,8 @@ impl Samples {
         sum_lx / f64::from(group.count)
     }
 
-    /// Direct illuminance with a shadow ray to every point, each a point source of its own: what soft shadows cost
-    /// without a mesh. Returns lx and rays.
+    /// Returns the direct illuminance in lx with a shadow ray to every sample point, each as a point source, and the number of rays. It
+    /// shows the cost of soft shadows without a mesh.
     pub fn as_point_sources_lx(&self, stage: &Stage, receiver: &Receiver) -> (f64, u64) {
         let (mut sum_lx, mut rays) = (0.0, 0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
@@ -247,7 +248,7 @@ impl Samples {
         (sum_lx, rays)
     }
 
-    /// What an emitter would bring unshadowed if all of it stood at one of its points.
+    /// Returns the unshadowed illuminance in lx from an emitter that is concentrated at one of its sample points.
     fn source_lx(&self, emitter: &Emitter, number: usize, receiver: &Receiver) -> f64 {
         match self.points[number] {
             EmitterPoint::OnBall(_) => emitter.unshadowed_lx(receiver.point_m, receiver.normal),
@@ -265,7 +266,7 @@ impl Samples {
     }
 }
 
-/// Illuminance of a point-like emitter that stands at a place.
+/// Returns the illuminance from a point-like emitter at this position.
 fn point_lx(emitter: &Emitter, point: &OpeningPoint, receiver: &Receiver) -> f64 {
     let offset_m = point.position_m - receiver.point_m;
     let distance_m = offset_m.length();
@@ -274,20 +275,20 @@ fn point_lx(emitter: &Emitter, point: &OpeningPoint, receiver: &Receiver) -> f64
     emitter.intensity_from_cd(point, -direction) * cosine / (distance_m * distance_m)
 }
 
-/// Stratified variates: of a power of two by Sobol's net, which spreads them along every edge as evenly as over the whole;
-/// of another square number by its grid, of others along a sequence. A single one lies in the middle.
+/// Returns stratified variates. A count that is a power of two uses Sobol's net, which spreads them along every edge as evenly as over the
+/// whole square. Another square number uses its grid, any other number a sequence. A single one lies in the middle.
 fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
     let edge = count.isqrt();
     if count > 1 && count.is_power_of_two() {
         stream.seek_quasi(number as u64, 0, number as u64);
         let variates = stream.pair();
-        // What draws points of openings by itself starts from the same coordinates.
+        // The code that draws points of openings itself must start from the same coordinates.
         stream.seek_quasi(number as u64, 0, number as u64);
         return variates;
     }
     stream.seek(number as u64);
     if count == 1 {
-        // The square's image on a triangle has its middle of gravity at (4/9, ½).
+        // The centroid of the square's image on a triangle is at (4/9, ½).
         return [4.0 / 9.0, 0.5];
     }
     let jitter = stream.pair();
@@ -298,7 +299,7 @@ fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
     [(number as f64 + jitter[0]) / count as f64, (number as f64 * GOLDEN + 0.5).fract()]
 }
 
-/// 1/φ: steps of it cover a turn evenly.
+/// 1/φ: multiples of it cover a turn evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> EmitterPoint {
@@ -317,53 +318,54 @@ fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut S
     }
 }
 
-/// A test of mutual visibility.
+/// A test of mutual visibility between two origins.
 pub type Sees = fn(&Tracer, &Origin, &Origin) -> bool;
 
-/// By the tree (MU1).
+/// Tests visibility by the tree (MU1).
 pub fn by_tree(tracer: &Tracer, from: &Origin, to: &Origin) -> bool {
     !tracer.is_occluded(from, to)
 }
 
-/// By asking every triangle.
+/// Tests visibility against every triangle.
 pub fn one_by_one(tracer: &Tracer, from: &Origin, to: &Origin) -> bool {
     !tracer.is_occluded_one_by_one(from, to)
 }
 
-/// Binary digits that counts of members may have.
+/// Binary digits for the count of a set's members.
 pub const DIGITS: usize = 13;
 
-/// Light by shares of visibility.
+/// Light computed from shares of visibility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SharedLight {
     /// Illuminance in lx.
     pub lx: f64,
-    /// Root of the sum of E_i² p_i (1 − p_i) over the emitters that the set disagrees about, p_i the share seen, in lx.
+    /// Root of the sum of E_i² p_i (1 − p_i) over the emitters on which the set disagrees, in lx; p_i is the share of the set that sees
+    /// emitter i.
     pub disputed_lx: f64,
-    /// Rays that it took.
+    /// Rays used.
     pub rays: u64,
 }
 
-/// What a set of mesh points sees.
+/// Visibility of the sample points from a set of mesh points.
 #[derive(Clone, Debug, Default)]
 pub struct SeenSamples {
-    /// Bits that some point sees.
+    /// Bits that at least one point sees.
     pub any: Vec<u64>,
     /// Bits that all points see.
     pub all: Vec<u64>,
-    /// Digits of the counts, [`DIGITS`] a word, where some but not all see a bit of it.
+    /// Digits of the counts, [`DIGITS`] per word, for words with bits that some but not all points see.
     pub planes: Vec<u64>,
-    /// Points of the set.
+    /// Number of points of the set.
     pub members: usize,
-    /// Digits that the number of points has.
+    /// Number of binary digits of `members`.
     pub digits: usize,
 }
 
 impl SeenSamples {
-    /// How many points see the bits of a mask, summed over the bits.
+    /// Returns how many points see the bits of a mask, summed over the bits.
     #[inline]
     fn count_of(&self, word: usize, mask: u64) -> u64 {
-        // A place that looks for itself has no counts.
+        // A receiver point with shadow rays of its own has no counts.
         if mask == 0 {
             return 0;
         }
@@ -371,7 +373,7 @@ impl SeenSamples {
         planes.iter().enumerate().map(|(digit, plane)| u64::from((plane & mask).count_ones()) << digit).sum()
     }
 
-    /// Adds one point's word to the counts: a ripple of carries, all 64 bits at once.
+    /// Adds one point's word to the counts: a ripple of carries for all 64 bits at once.
     #[inline]
     pub fn add(&mut self, word: usize, bits: u64) {
         let mut carry = bits;

@@ -1,4 +1,4 @@
-//! What an eye sees in each direction of a set, and how many rays along gloss that takes.
+//! What an eye sees in each direction of a set, and the number of rays along gloss that this requires.
 
 use rayon::prelude::*;
 
@@ -9,64 +9,64 @@ use super::options::{DIRECT_PLACES, SHARE_OF_DIRECT};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{ReceiverPoint, ReceiverSet};
 
-/// A branch of a line of sight that carries less than this goes on by chance, with a weight that makes up for it.
+/// Share below which a branch of a line of sight continues only with a probability (roulette). Its weight compensates for this.
 const FAINT_SHARE: f64 = 0.01;
-/// The map number of the streams that thin faint branches.
+/// Map number of the random streams for roulette of faint branches.
 const SIGHTS: u32 = u32::MAX - 3;
-/// The map number of the streams that tell how much chance is in gloss.
+/// Map number of the random streams that estimate the random error in gloss.
 const GLOSS_PILOT: u32 = u32::MAX - 5;
-/// Directions that tell it, at most, and samples of each.
+/// Largest number of directions for this estimate, and number of samples for each.
 const PILOT_DIRECTIONS: usize = 256;
 const PILOT_SAMPLES: usize = 16;
-/// Part of the target that the chance in gloss may take.
+/// Part of the target that the random error of gloss may take.
 const SHARE_OF_GLOSS: f64 = 0.3;
-/// Part of it that may be added by the chance in what checks it.
+/// Part of the target that the random error of its check may add.
 const SHARE_OF_CHECK: f64 = 0.3;
-/// Target for which gloss is looked into where there is none.
+/// Target for gloss where no target is set.
 const NO_TARGET: f64 = 0.02;
-/// Rays along the gloss that a direction shows, at least and at most.
+/// Least and largest number of rays along the gloss that a direction shows.
 const RAYS: [f64; 2] = [16.0, 4096.0];
-/// Places that all directions of a set show, at most: some 100 MB.
+/// Largest number of surface points seen in all directions of a set: about 100 MB.
 const MOST_PLACES: f64 = 1_048_576.0;
-/// Samples of each half that check a direction, at least and at most.
+/// Least and largest number of samples in each half for checking a direction.
 const CHECKS: [f64; 2] = [32.0, 1024.0];
 
-/// Checks of direct light by which a mesh is found and its error stated, at least: two meshes, and the last.
+/// Least number of checks of direct light for finding a mesh and stating its error: two meshes, and the last check.
 const LEAST_CHECKS: f64 = 3.0;
 
-/// How thoroughly gloss is looked into.
+/// Numbers of samples for gloss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlossEffort {
     /// Rays along the gloss of a surface that fills a line of sight.
     pub rays: u32,
-    /// Samples of each half that a check of a direction takes.
+    /// Samples of each half for a check of a direction.
     pub checks: u64,
-    /// Whether samples with lines of sight of their own take fewer rays than this.
+    /// Whether samples with their own lines of sight take fewer rays than this.
     pub is_dear: bool,
 }
 
 /// What the directions of a set show.
 pub struct Sights {
-    /// Places of all directions, one after the other.
+    /// Surface points of all directions, one direction after the other.
     places: Vec<SeenPlace>,
-    /// Where the places of each direction begin; one more entry ends the last.
+    /// Index of the first surface point of each direction. One more entry ends the last.
     starts: Vec<usize>,
     shown: Vec<Shown>,
-    /// Places of the direction that has most.
+    /// Number of surface points of the direction that has most.
     pub most_places: usize,
-    /// Whether a faint branch was decided by chance.
+    /// Whether random decisions can affect what is seen: at specular branches or in gloss.
     pub has_chance: bool,
-    /// How thoroughly gloss was looked into, if it is seen.
+    /// Numbers of samples for gloss, if gloss is seen.
     pub gloss: Option<GlossEffort>,
-    /// Whether every sample of light follows lines of sight anew: then these tell no more than where surfaces are.
+    /// Whether every sample of light traces new lines of sight. The stored ones then only show where surfaces are.
     pub are_drawn: bool,
-    /// Rays that it took.
+    /// Rays used.
     pub rays: u64,
 }
 
 impl Sights {
-    /// Follows every direction of a set by streams of a seed and the set's number; `target_error` is what chance in gloss goes by, and
-    /// `may_draw` says whether samples may follow lines of sight anew where gloss takes too many rays.
+    /// Follows every direction of a set, with random streams from the seed and the set's number. `target_error` is the target for the
+    /// random error of gloss. `may_draw` allows samples to trace new lines of sight where gloss takes too many rays.
     pub fn of(
         around: &Surroundings,
         set: &ReceiverSet,
@@ -122,22 +122,22 @@ impl Sights {
         sights
     }
 
-    /// Places of all directions.
+    /// Returns the number of surface points of all directions.
     pub fn places(&self) -> usize {
         self.places.len()
     }
 
-    /// All places that are seen.
+    /// Returns all surface points that are seen.
     pub fn spots(&self) -> impl Iterator<Item = &SeenPlace> {
         self.places.iter()
     }
 
-    /// What a direction shows of surfaces.
+    /// Returns the surface points that a direction shows.
     pub fn places_of(&self, direction: usize) -> &[SeenPlace] {
         &self.places[self.starts[direction]..self.starts[direction + 1]]
     }
 
-    /// Luminance of the luminaires that a direction shows.
+    /// Returns the luminance of the luminaires that a direction shows, in cd/m².
     pub fn luminaires_cd_m2(&self, direction: usize) -> f64 {
         self.shown[direction].luminaires_cd_m2
     }
@@ -148,7 +148,7 @@ impl Sights {
     }
 }
 
-/// How thoroughly gloss must be looked into for a target: some directions are looked along a few times, with direct light at the
+/// Returns the numbers of samples for gloss that a target requires. It traces some directions a few times and computes direct light at the
 /// surfaces that they show.
 fn effort_of_gloss(
     around: &Surroundings,
@@ -206,11 +206,12 @@ fn effort_of_gloss(
     let target = target_error.unwrap_or(NO_TARGET) * mean.max(f64::MIN_POSITIVE);
     let most = (MOST_PLACES / set.points.len().max(1) as f64).clamp(RAYS[0], RAYS[1]);
     let rays = (variance_of_gloss / (SHARE_OF_GLOSS * target).powi(2)).clamp(RAYS[0], most).ceil();
-    // Products of two independent estimates of n checks vary by variance/n, their mean over the places by less.
+    // The product of two independent estimates, each from n checks, has a standard deviation of variance/n. That of the mean over the
+    // points is smaller.
     let checked = set.points.len().min(DIRECT_PLACES) as f64;
     let checks = fourth.sqrt() / checked.sqrt() / (SHARE_OF_CHECK * target).powi(2);
     let checks = checks.clamp(CHECKS[0], CHECKS[1]).ceil();
-    // A mesh saves what places ask of luminaires, and asks for more rays along gloss, and for checks.
+    // A mesh saves light samples at surface points. It requires more rays along gloss, and checks.
     let rays_of_sample = mean_of(|direction| direction.rays);
     let directions = set.points.len() as f64;
     let by_samples = directions * variance / (SHARE_OF_DIRECT * target).powi(2) * rays_of_sample;
@@ -219,13 +220,13 @@ fn effort_of_gloss(
     GlossEffort { rays: rays as u32, checks: checks as u64, is_dear: by_mesh + by_checks > by_samples }
 }
 
-/// What a few samples of a direction are like.
+/// Statistics of a few samples of a direction.
 struct JudgedDirection {
     mean: f64,
     variance: f64,
     has_gloss: bool,
-    /// Rays of the line of sight and along gloss, by sample.
+    /// Rays per sample: for the line of sight and along gloss.
     sight_rays: f64,
-    /// All rays, by sample.
+    /// All rays per sample.
     rays: f64,
 }

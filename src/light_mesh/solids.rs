@@ -1,4 +1,4 @@
-//! Which points lie inside of solids (MU4), and which walls are too thin for that to keep two sides apart.
+//! Finds points inside solids (MU4), and walls too thin for this test to separate their two sides.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,13 +13,13 @@ use crate::check::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometrie
 use crate::geometry::{Crossed, Tracer};
 use crate::scene::{Scene, Side};
 
-/// A triangle that belongs to no closed solid.
+/// Marks a triangle that belongs to no closed solid.
 const OPEN: u32 = u32::MAX;
-/// Direction of the rays whose crossings are counted: along no edge or diagonal that people draw.
+/// Direction of the rays whose crossings are counted. It is parallel to no edge or diagonal that people usually draw.
 const PARITY_DIRECTION: DVec3 = DVec3::new(0.356_822_089_773_09, 0.540_772_640_217_21, 0.761_749_023_160_17);
-/// Places on a triangle at which the wall behind it is measured, at most.
+/// Largest number of positions on a triangle at which the wall behind it is measured.
 const MOST_SOUNDINGS: f64 = 64.0;
-/// Crossings among whose shells one is looked for one by one.
+/// Largest number of crossings for which shells are found by a linear search.
 const MOST_LOOKED_THROUGH: usize = 64;
 
 /// The closed solids and rooms of a scene.
@@ -27,7 +27,7 @@ pub struct Solids {
     /// Closed shell of every triangle, or [`OPEN`].
     shell_of: Vec<u32>,
     shells: Vec<Closed>,
-    /// Nothing outside of the rooms is lit or asked for.
+    /// Whether nothing outside the rooms is lit or computed.
     outside_counts_as_solid: bool,
     balls: Vec<(DVec3, f64)>,
     open_triangles: usize,
@@ -35,14 +35,14 @@ pub struct Solids {
 
 #[derive(Clone, Copy)]
 struct Closed {
-    /// A solid seen from outside, not a room seen from inside.
+    /// Whether it is a solid seen from outside. Otherwise it is a room seen from inside.
     outward: bool,
     volume_m3: f64,
 }
 
 impl Solids {
-    /// Finds the closed shells of a scene: a shell counts if every edge is passed as often one way as the other, so that
-    /// parity means something, and if it is seen from one side alone.
+    /// Finds the closed shells of a scene. A shell counts under two conditions. Every edge is passed equally often in both directions, so
+    /// that parity is meaningful. All its triangles are one-sided.
     pub fn of(scene: &Scene) -> Solids {
         let mut shell_of = vec![OPEN; scene.triangles.len()];
         let mut shells = Vec::new();
@@ -65,16 +65,16 @@ impl Solids {
         Solids { balls: balls.collect(), shell_of, shells, outside_counts_as_solid, open_triangles }
     }
 
-    /// Triangles that belong to no closed solid: near them local visibility is tested.
+    /// Returns the number of triangles that belong to no closed solid. Local visibility is tested near them.
     pub fn open_triangles(&self) -> usize {
         self.open_triangles
     }
 
-    /// Whether a point lies in solid matter, and the rays that it took to tell.
+    /// Whether a point lies in solid matter, and the number of rays used.
     ///
-    /// Along a ray a closed shell is met from outside and from inside in turn; of two meetings of one kind, as at an edge
-    /// that two triangles share, one counts. What the sum leaves over encloses the point; the smallest shell around it
-    /// tells whether it is a solid or a room.
+    /// A ray crosses a closed shell alternately from outside and from inside. Of two crossings of the same kind in sequence, as at an edge
+    /// that two triangles share, one counts. A shell with an odd number of crossings encloses the point. The smallest enclosing shell
+    /// decides between solid and room.
     pub fn holds(&self, tracer: &Tracer, point_m: DVec3) -> (bool, u64) {
         if self.balls.iter().any(|(center_m, radius_m)| center_m.distance(point_m) < *radius_m) {
             return (true, 0);
@@ -89,7 +89,7 @@ impl Solids {
 
     fn enclosing(&self, crossed: &[Crossed]) -> impl Iterator<Item = Closed> {
         let mut met: Vec<(u32, Side, bool)> = Vec::new();
-        // Of a few shells the place is found by looking at each.
+        // With few crossings a linear search finds the shell.
         let mut place_of: HashMap<u32, usize> = HashMap::new();
         let is_crowded = crossed.len() > MOST_LOOKED_THROUGH;
         for one in crossed {
@@ -115,8 +115,8 @@ impl Solids {
         met.into_iter().filter(|(.., odd)| *odd).map(|(shell, ..)| self.shells[shell as usize])
     }
 
-    /// Whether the wall behind a triangle is thinner than a length somewhere: measured along the normal at places spread
-    /// over it, one for every square of that length, 64 at most. A triangle of no closed solid is thin.
+    /// Whether the wall behind a triangle is thinner than a length at some position. It is measured along the normal at positions spread
+    /// over the triangle: one per square of that length, 64 at most. A triangle of no closed solid counts as thin.
     fn is_thin(&self, stage: &Stage, scene: &Scene, triangle: u32, length_m: f64) -> bool {
         let shell = self.shell_of[triangle as usize];
         if shell == OPEN {
@@ -137,23 +137,23 @@ impl Solids {
     }
 }
 
-/// A sequence that covers a triangle evenly (Roberts' R2 sequence, folded), its middle first.
+/// Returns one position of a sequence that covers a triangle evenly (Roberts' R2 sequence, folded). The first is the centre.
 fn spread_over_triangle(number: u32) -> [f64; 2] {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
     let [u, v] = STEPS.map(|step| (1.0 / 3.0 + step * f64::from(number)).fract());
     if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
 }
 
-/// Cells along the edge of a block that has one list of walls.
+/// Cells along the edge of a block. Each block has one list of walls.
 const BLOCK: i32 = 4;
 
-/// A triangle of a thin wall: its corners and its box.
+/// A triangle of a thin wall: its corners and its bounding box.
 struct ThinWall {
     corners_m: [DVec3; 3],
     box_m: [DVec3; 2],
 }
 
-/// Thin walls near each part of a mesh: the numbers of those near each block of cells.
+/// Thin walls near each part of a mesh: the indices of the walls near each block of cells.
 pub struct Walls {
     blocks: HashMap<u64, Vec<u32>>,
     walls: Vec<ThinWall>,
@@ -161,8 +161,8 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells; none more once
-    /// the run is given up.
+    /// Lists open surfaces and walls thinner than the radius, within the radius of each block of cells. It adds no more once the run is
+    /// abandoned.
     pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64, give_up: Stop) -> Walls {
         let thin: Vec<u32> = (0..scene.triangles.len() as u32)
             .into_par_iter()
@@ -200,8 +200,8 @@ impl Walls {
         Walls { blocks, walls, radius_m }
     }
 
-    /// Whether a thin wall may hide a point of the half ball over a place from it. A wall that no corner lifts in front
-    /// of the place's plane cannot.
+    /// Whether a thin wall may hide a point of the half ball over a receiver point from it. A wall with no corner in front of the
+    /// receiver's plane cannot.
     #[inline]
     pub fn may_hide(&self, lattice: &Lattice, cell: Index, place_m: DVec3, normal: DVec3, least_height_m: f64) -> bool {
         let Some(near) = self.blocks.get(&lattice.key(cell.map(|number| number.div_euclid(BLOCK)))) else {

@@ -1,7 +1,7 @@
-//! A sparse tree over a mesh: room is made only where a point is asked for.
+//! A sparse tree over a mesh: it allocates memory only where a point is requested.
 //!
-//! Three levels: a root of nodes of 32³ points, nodes of 8³ leaves, leaves of 4³ points. What a leaf holds depends on
-//! its place alone, so that it does not matter which thread makes it.
+//! It has three levels: a root of nodes of 32³ points, nodes of 8³ leaves, leaves of 4³ points. The data of a leaf depend only on its
+//! position, so it does not matter which thread creates it.
 
 use std::mem::size_of;
 use std::sync::OnceLock;
@@ -13,17 +13,17 @@ use super::lattice::{Index, Lattice};
 const LEAF_BITS: u32 = 2;
 /// Leaves along a node's edge, as a power of two.
 const NODE_BITS: u32 = 3;
-/// Points of a leaf.
+/// Number of points of a leaf.
 pub const LEAF_POINTS: usize = 1 << (3 * LEAF_BITS);
-/// Leaves of a node.
+/// Number of leaves of a node.
 const NODE_LEAVES: usize = 1 << (3 * NODE_BITS);
-/// Nodes that a root may have: 64 MB.
+/// Largest number of nodes of a root: 64 MB.
 const MOST_NODES: usize = 1 << 22;
 
 /// Leaves of one node.
 type LeavesOfNode<L> = Box<[OnceLock<Box<L>>]>;
 
-/// A tree of leaves, made when first asked for.
+/// A tree of leaves. Each leaf is created when it is first requested.
 pub struct SparseTree<L> {
     sizes: [usize; 3],
     root: Vec<OnceLock<LeavesOfNode<L>>>,
@@ -32,7 +32,7 @@ pub struct SparseTree<L> {
 }
 
 impl<L> SparseTree<L> {
-    /// An empty tree over a mesh; `None` where even the root would be out of proportion.
+    /// Creates an empty tree over a mesh; `None` if even the root would be too large.
     pub fn over(lattice: &Lattice) -> Option<SparseTree<L>> {
         let sizes = lattice.counts.map(|count| (count as usize >> (LEAF_BITS + NODE_BITS)) + 1);
         let nodes: usize = sizes.iter().product();
@@ -44,7 +44,7 @@ impl<L> SparseTree<L> {
         })
     }
 
-    /// The leaf that holds a point of the mesh, and the point's number in it.
+    /// Returns the leaf that contains a point of the mesh, and the point's number in it.
     #[inline]
     pub fn leaf(&self, index: Index, new: impl FnOnce() -> L) -> (&L, usize) {
         let [i, j, k] = index.map(|number| number as usize);
@@ -63,12 +63,12 @@ impl<L> SparseTree<L> {
         (leaf, (((last(k) << LEAF_BITS) | last(j)) << LEAF_BITS) | last(i))
     }
 
-    /// Leaves made so far.
+    /// Returns the number of leaves created so far.
     pub fn leaves(&self) -> u64 {
         self.leaves.load(Ordering::Relaxed)
     }
 
-    /// Bytes of the tree itself, with `leaf_bytes` for what a leaf holds beyond its own size.
+    /// Returns the memory of the tree itself in bytes. `leaf_bytes` is the memory of a leaf beyond its own size.
     pub fn bytes(&self, leaf_bytes: u64) -> u64 {
         let node = (NODE_LEAVES * size_of::<OnceLock<Box<L>>>()) as u64;
         (self.root.len() * size_of::<OnceLock<LeavesOfNode<L>>>()) as u64

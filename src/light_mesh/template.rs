@@ -1,41 +1,41 @@
-//! Which points of a mesh lie within the radius of a place: by templates for parts of a cell (MU2), or one by one.
+//! Lists the mesh points within the radius of a receiver point: by templates for parts of a cell (MU2), or one by one.
 
 use glam::DVec3;
 
 use super::lattice::{Index, Lattice};
 
-/// Parts of a cell along each axis that have templates of their own.
+/// Parts of a cell along each axis. Each part has its own template.
 const PARTS: usize = 4;
 
-/// A point that may lie within the radius of a place.
+/// A mesh point that may lie within the radius of a receiver point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TemplateEntry {
-    /// Numbers relative to the lowest point of the place's cell.
+    /// Index relative to the lowest point of the receiver point's cell.
     pub offset: Index,
-    /// The same in steps.
+    /// The same offset in steps.
     pub steps: DVec3,
-    /// Lies within the radius of every place of the part.
+    /// Whether it lies within the radius of every position in the part.
     pub sure: bool,
 }
 
-/// For every part of a cell the points within the radius of a place there.
+/// For every part of a cell, the mesh points within the radius of a position there.
 #[derive(Clone, Debug)]
 pub struct Templates {
     radius_per_step: f64,
     parts: Vec<Vec<TemplateEntry>>,
 }
 
-/// A point of a set: its number and its offset from the place in m.
+/// A mesh point of a set: its index, and its offset from the receiver point in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// The point.
+    /// Index of the mesh point.
     pub index: Index,
-    /// From the place to the point, in m.
+    /// Offset from the receiver point to the mesh point, in m.
     pub offset_m: DVec3,
 }
 
 impl Templates {
-    /// Templates for a ratio of radius and step.
+    /// Creates templates for a ratio of radius to step.
     pub fn new(radius_per_step: f64) -> Templates {
         let reach = radius_per_step.ceil() as i32;
         let part = |number: usize| {
@@ -60,7 +60,7 @@ impl Templates {
         Templates { radius_per_step, parts: (0..PARTS.pow(3)).map(part).collect() }
     }
 
-    /// Points within the radius of a place and in front of it by more than `least_height_m`.
+    /// Lists the mesh points within the radius of a receiver point and in front of it by more than `least_height_m`.
     #[inline]
     pub fn candidates(
         &self,
@@ -87,7 +87,7 @@ impl Templates {
     }
 }
 
-/// The same points without templates: every point of the cube around the sphere is placed and tested.
+/// Lists the same mesh points without templates, by testing every point of the cube around the sphere.
 pub fn candidates_one_by_one(
     lattice: &Lattice,
     radius_m: f64,
@@ -111,7 +111,7 @@ pub fn candidates_one_by_one(
     }
 }
 
-/// Whether a point lies at the rim of the sphere: one of its six neighbours is outside.
+/// Whether a mesh point lies at the rim of the sphere: one of its six neighbours is outside.
 #[inline]
 pub fn is_outer(offset_m: DVec3, step_m: f64, radius_m: f64) -> bool {
     let farther = offset_m.abs().max_element();
@@ -124,8 +124,8 @@ mod tests {
     use crate::sampling::random::{Purpose, Stream};
     use crate::sampling::warp::uniform_sphere;
 
-    /// Both ways list the same points for 2,000 places and normals at each of the papers' radii, and the mean number of
-    /// points is the half ball's volume; a radius 1% larger gives another number (the planted fault).
+    /// Both methods list the same mesh points for 2,000 receiver points and normals at each of the papers' radii. The mean number of mesh
+    /// points is the volume of the half ball. A radius 1% larger gives another number (the planted fault).
     #[test]
     fn templates_list_what_testing_every_point_lists() {
         let lattice = Lattice::over([DVec3::ZERO, DVec3::splat(20.0)], 0.5, 3.0).expect("a small mesh");
@@ -156,7 +156,7 @@ mod tests {
                 count += quick.len() as f64;
                 wide_count += wide.len() as f64;
             }
-            // The number's standard deviation is below 3 for all radii, the mean's below 0.07; α = 1e-6.
+            // The standard deviation of the number is below 3 for all radii, that of the mean below 0.07; α = 1e-6.
             let volume = 2.0 / 3.0 * std::f64::consts::PI * ratio.powi(3);
             assert!((count / f64::from(N) - volume).abs() < 4.9 * 0.07, "{} {volume}", count / f64::from(N));
             assert!(ratio < 3.0 || (wide_count / f64::from(N) - volume).abs() > 4.9 * 0.07, "the fault passed");

@@ -1,4 +1,4 @@
-//! Maps by light meshes: every place of a map asked for its direct and indirect light.
+//! Maps by light meshes: computes the direct and indirect light of every receiver point of a map.
 
 use rayon::prelude::*;
 
@@ -13,83 +13,83 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Entries that a thread takes at a time.
 const ENTRIES_PER_CHUNK: usize = 128;
-/// Bits of a stream's index that count samples.
+/// Number of bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
 
-/// How direct light is computed.
+/// Method for computing direct light.
 pub enum DirectBy<'m, 'a> {
     /// By a mesh.
     Mesh(&'m LightMesh<'a>),
-    /// By shadow rays from every place, with so many passes over the luminaires in each half.
+    /// By shadow rays from every receiver point, with a number of passes over the luminaires in each half.
     Rays {
-        /// The first pass.
+        /// Number of the first pass.
         first: u64,
-        /// Passes of each half.
+        /// Number of passes in each half.
         passes: u64,
     },
-    /// By a shadow ray to every one of these points, each a point source of its own.
+    /// By a shadow ray to every one of these sample points, each as a point source.
     Points(&'m Samples),
 }
 
-/// How indirect light is computed.
+/// Method for computing indirect light.
 pub enum IndirectBy<'m, 'a> {
-    /// Nothing reflects.
+    /// No surface reflects.
     Nothing,
-    /// Gathered at the points of a mesh.
+    /// Light is gathered at the points of a mesh.
     Mesh(&'m IndirectMesh<'a>),
-    /// By so many walks from every place, from one number on.
+    /// By walks from every receiver point: number of the first walk, and count.
     Walks([u32; 2]),
 }
 
-/// What one entry of a map receives, in lx, or shows, in cd/m².
+/// Light that one entry of a map receives, in lx, or shows, in cd/m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EntryLight {
-    /// Direct light by each half.
+    /// Direct light from each half.
     pub direct_lx: [f64; 2],
-    /// Indirect light by each half.
+    /// Indirect light from each half.
     pub indirect_lx: [f64; 2],
-    /// What its sets of mesh points were like, for direct light: the least sure of its places.
+    /// Kind of its sets of mesh points for direct light: that of the least certain of its points.
     pub set: SetKind,
-    /// How much of its direct light its sets disagreed about.
+    /// Amount of its direct light on which its sets disagreed.
     pub disputed_lx: f64,
-    /// What its sets were like for indirect light.
+    /// Kind of its sets of mesh points for indirect light.
     pub indirect_set: SetKind,
-    /// No surface is in it: what it shows are luminaires, or nothing.
+    /// Whether no surface is in the entry: it shows luminaires or nothing.
     pub is_known: bool,
 }
 
 impl EntryLight {
-    /// Direct light.
+    /// Returns the direct light, averaged over the halves.
     pub fn direct_mean_lx(&self) -> f64 {
         0.5 * (self.direct_lx[0] + self.direct_lx[1])
     }
 
-    /// Indirect light.
+    /// Returns the indirect light, averaged over the halves.
     pub fn indirect_mean_lx(&self) -> f64 {
         0.5 * (self.indirect_lx[0] + self.indirect_lx[1])
     }
 
-    /// Both parts by each half.
+    /// Returns the sum of both parts in each half.
     pub fn halves_lx(&self) -> [f64; 2] {
         [0, 1].map(|half| self.direct_lx[half] + self.indirect_lx[half])
     }
 }
 
-/// What computing entries took.
+/// Work for computing entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
-    /// By the mesh.
+    /// Counts of the mesh.
     pub mesh: Counts,
-    /// By gathering indirect light.
+    /// Counts of gathering indirect light.
     pub gather: GatherCounts,
-    /// Shadow rays from places that no mesh served.
+    /// Shadow rays from receiver points without a mesh.
     pub exact_rays: u64,
     /// Rays of lines of sight.
     pub sight_rays: u64,
 }
 
 impl Effort {
-    /// Rays of all kinds.
+    /// Returns the rays of all kinds.
     pub fn rays(&self) -> u64 {
         self.mesh.rays() + self.gather.rays() + self.exact_rays + self.sight_rays
     }
@@ -104,7 +104,7 @@ impl std::ops::AddAssign for Effort {
     }
 }
 
-/// Computes some entries of a map, over threads; the values depend on neither threads nor order.
+/// Computes some entries of a map in parallel. The values depend neither on threads nor on order.
 pub fn light_of(
     around: &Surroundings,
     entries: &Entries,
@@ -190,7 +190,7 @@ pub fn light_of(
     (lights, effort)
 }
 
-/// Direct light by shadow rays in two independent halves.
+/// Returns the direct light by shadow rays in two independent halves, and the number of rays.
 fn by_rays(
     around: &Surroundings,
     entries: &Entries,
@@ -231,12 +231,12 @@ fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-/// Mean illuminance in lx over the entries, by their weights.
+/// Returns the weighted mean illuminance over the entries, in lx.
 pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
     weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
 }
 
-/// Random error in lx of what its two halves differ in.
+/// Returns the random error in lx, from the difference of the two halves.
 pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
     let square = |light: &EntryLight| {
         let [even_lx, odd_lx] = halves(light);

@@ -1,10 +1,9 @@
-//! Walks for indirect light: those of receivers, and where flat mirrors show balls and areas others that look straight at
-//! the images. A ray that goes to a mirror by chance meets a small ball there so seldom that a map would be made of the few
-//! rays that do.
+//! Walks for indirect light: those of receivers, and other walks where flat mirrors show balls and areas, which sample the images directly.
+//! A random ray towards a mirror meets a small ball there very rarely. A map would then consist of the few rays that do.
 //!
-//! Light that comes to a diffuse surface, or to the place itself, by way of mirrors alone is counted by looks at images
-//! ([`crate::estimators::images`]), and left out where a walk's ray meets it; what comes to glossy surfaces and sheets so is met by chance
-//! as before. Each path ends at one surface before its mirrors, so that it is counted one way or the other.
+//! Light that reaches a diffuse surface, or the receiver point itself, by way of mirrors alone is counted by samples of images
+//! ([`crate::estimators::images`]). It is left out where a walk's ray meets it. Light that reaches glossy surfaces and sheets by way of
+//! mirrors is met by random rays as before. Each path ends at one surface before its mirrors, so it is counted exactly once.
 
 use glam::DVec3;
 
@@ -20,14 +19,14 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Halves of the walks, for the random error.
+/// Number of halves of the walks, for the random error.
 pub const HALVES: usize = 2;
-/// The map number of the streams of walks from places.
+/// Map number of the random streams of walks from receiver points.
 const FROM_PLACES: u32 = u32::MAX - 2;
-/// The map number of the streams of looks into mirrors.
+/// Map number of the random streams for samples of mirror images.
 const IMAGES: u32 = u32::MAX - 4;
 
-/// What images in flat mirrors bring to a place, and the rays it took.
+/// Returns the light in lx that images in flat mirrors bring to a receiver point, and the number of rays.
 fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let stage = around.stage;
     let Some(mirrors) = &stage.mirrors else {
@@ -41,7 +40,7 @@ fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, str
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
-/// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
+/// Returns one unbiased sample of the indirect illuminance at a receiver in lx, and the number of rays.
 pub fn sample_at_place_lx(
     around: &Surroundings,
     receiver: &Receiver,
@@ -57,8 +56,8 @@ pub fn sample_at_place_lx(
     (images_lx + arriving_lx, image_rays + rays)
 }
 
-/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took.
-/// Luminaires in mirrors that stand there are not in it, if images are looked for.
+/// Returns one unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the number of rays. If images
+/// are sampled, it excludes luminaires seen in mirrors along this direction.
 pub fn sample_along_lx(
     around: &Surroundings,
     origin: Origin,
@@ -89,8 +88,8 @@ pub fn sample_along_lx(
     }
 }
 
-/// Follows a ray by way of mirrors and through panes up to one that goes somewhere else; `None` where it is absorbed. Its
-/// luminaires are not counted.
+/// Follows a ray by way of mirrors and through panes until it goes elsewhere; `None` if it is absorbed. Luminaires that it meets are not
+/// counted.
 fn past_mirrors(
     stage: &Stage,
     mut origin: Origin,
@@ -110,11 +109,11 @@ fn past_mirrors(
         origin = stage.leave(&hit, scattered.lobe);
         direction = scattered.direction;
     }
-    // Mirrors that face each other and absorb nothing: what comes after so many of them is lost.
+    // Mirrors that face each other and absorb nothing: light after `MANY_MIRRORS` reflections is lost.
     (None, u64::from(MANY_MIRRORS))
 }
 
-/// Ends a walk at the first diffuse surface, with what images bring there, and says where that was.
+/// Ends a walk at the first diffuse surface, with the light of images there, and records where this is.
 struct Halt<'a> {
     around: &'a Surroundings<'a>,
     at: Option<DiffuseVertex>,
@@ -137,8 +136,8 @@ impl Cache for Halt<'_> {
     }
 }
 
-/// What images of luminaires in flat mirrors bring to a place, in two halves, and the rays they took: harmonics would blur
-/// them.
+/// Returns the light in lx from images of luminaires in flat mirrors at a receiver point, in two halves, and the number of rays. Harmonics
+/// would blur these images.
 pub fn images_at_place_lx(
     around: &Surroundings,
     receiver: &Receiver,
@@ -163,7 +162,8 @@ pub fn images_at_place_lx(
     (sum_lx, rays)
 }
 
-/// Indirect illuminance by walks from the place itself, from one number of them on, in two halves, and the rays they took.
+/// Returns the indirect illuminance in lx by walks from the receiver point itself, in two halves, and the number of rays. `walks` holds the
+/// number of the first walk and the count.
 pub fn walks_at_place_lx(
     around: &Surroundings,
     receiver: &Receiver,
@@ -175,7 +175,8 @@ pub fn walks_at_place_lx(
     in_halves_lx(place_number, walks, seed, |stream| sample_at_place_lx(around, receiver, cut, stream))
 }
 
-/// Means of so many samples from one number on, in two halves whose numbers are spread evenly each, and the rays they took.
+/// Returns the means of `count` samples from the number `first` on, in two halves, and the number of rays. The sequence of each half is
+/// spread evenly.
 pub fn in_halves_lx(
     place_number: u64,
     [first, count]: [u32; 2],

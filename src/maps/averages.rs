@@ -1,28 +1,31 @@
-//! What is left of the cells' error in averages over many elements or points. Neighbours look up the same cells: what these have wrong does
-//! not average out as chance does, and halves that share it agree on it. Walks measure it, as they do for a map (`residuals.rs`).
+//! Remaining error of the cells in averages over many elements or points.
+//!
+//! Neighbours look up the same cells. The errors of these cells do not average out as random errors do, and halves that share a cell error
+//! agree on it. Walks measure it, as they do for a map (`residuals.rs`).
 
 use super::residuals::{SURE, within_halves};
 use super::{CellsError, HALF, REPLICAS, Residuals};
 
-/// What walks say of an average, once corrections are taken; squares are in lx².
+/// What walks measure of an average after corrections. Squares are in lx².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RemainingInAverage {
-    /// Weight of all its elements or points, and of those that walk.
+    /// Weight of all elements or points of the average, and of those with walks.
     weight: f64,
     walked_weight: f64,
-    /// Squared mean of what walks still find wrong less its chance (docs/methods.md (39)): may be below 0 by chance.
+    /// Squared mean of the error that walks still find, minus the variance of this mean (docs/methods.md (39)). It can be negative by
+    /// chance.
     squared_lx2: f64,
-    /// That chance.
+    /// Variance of that mean, from the spread within the halves.
     chance_lx2: f64,
-    /// Mean of how unsure cells are, and mean of what is left at each place.
+    /// Mean uncertainty of the cells (relative to the map), and mean of the remaining error at each element or point in lx.
     unsure: f64,
     by_site_lx: f64,
-    /// What those that walk differ by from all.
+    /// Squared error from elements or points without walks, which those with walks have to represent.
     unseen_lx2: f64,
 }
 
 impl RemainingInAverage {
-    /// Of the average over elements or points that count with these weights: docs/methods.md (39).
+    /// Measures the average over elements or points with these weights: docs/methods.md (39).
     pub fn of(
         residuals: &Residuals,
         error: &CellsError,
@@ -55,18 +58,18 @@ impl RemainingInAverage {
         remaining
     }
 
-    /// Variance of what walks say of its square.
+    /// Returns the variance of `squared_lx2`.
     fn variance_lx4(&self) -> f64 {
         let of_spread = HALF as f64 / (HALF - 1) as f64;
         2.0 * of_spread * self.chance_lx2 * self.chance_lx2 + 4.0 * self.squared_lx2.max(0.0) * self.chance_lx2
     }
 }
 
-/// What is left of the cells' error in each of the averages of a map, in lx.
+/// Returns the remaining error of the cells in each average of a map, in lx.
 ///
-/// All of them together tell how much is left where cells are as unsure as everywhere, half a standard error added, as for the map's own
-/// error. An average whose own walks say more, beyond their standard error, is taken to be off by that. One without walks may be off as
-/// far as its places are by themselves.
+/// All averages together give the remaining error for cells of the usual uncertainty. Half a standard error is added, as for the map's own
+/// error. If an average's own walks show more, beyond their standard error, that larger value counts. The error of an average without walks
+/// can be as large as the mean error of its own elements or points.
 pub fn remaining_in_averages(averages: &[RemainingInAverage]) -> Vec<f64> {
     let walked = || averages.iter().filter(|average| average.walked_weight > 0.0);
     let sum = |of: &dyn Fn(&RemainingInAverage) -> f64| walked().map(of).sum::<f64>();
@@ -95,10 +98,11 @@ mod tests {
     const ROWS: usize = 6;
     const SITES: usize = 48;
 
-    /// Of so many maps of six rows, the share of averages that their intervals of ±2.13 standard errors hold: by what walks say of the
-    /// averages and, the planted fault, by the spread of the replicas alone. Cells of a half are off by `common_lx` in the mean square over
-    /// rows, alike in both halves, and by as much again each by itself; what single entries are off by beside that has 3 lx, rays
-    /// of a replica 4 lx and a walk from an entry `walk_lx`.
+    /// Simulates maps of six rows. Returns the share of averages within their intervals of ±2.13 standard errors, in two versions. The
+    /// first uses what walks measure of the averages. The second, the planted fault, uses the spread of the replicas alone.
+    ///
+    /// The cells have a common error of `common_lx` (RMS over rows) in both halves. Each half has a separate error of the same size. In
+    /// addition, single entries are off by 3 lx, rays of a replica by 4 lx, and a walk from an entry by `walk_lx`.
     fn held(maps: u64, common_lx: f64, walk_lx: f64) -> [f64; 2] {
         let mut stream = Stream::new(6, Purpose::Pilot, 0, 0);
         let (mut held, weights) = ([0.0; 2], vec![1.0; ROWS * SITES]);
@@ -142,20 +146,20 @@ mod tests {
         held.map(|count| count / (maps as usize * ROWS) as f64)
     }
 
-    /// At α = 10⁻⁴ a share of 0.93 or more of 1,200 averages, in 200 maps of six, comes out as 0.89 or more, taken that those of a map hang
-    /// together as much as two of three would.
+    /// At α = 10⁻⁴ a true share of at least 0.93 gives a measured share of at least 0.89. There are 1,200 averages, in 200 maps of six;
+    /// those of a map are taken to be as dependent as if only two of three were independent.
     #[test]
     fn intervals_of_averages_hold_what_cells_share() {
         for (common_lx, walk_lx) in [(0.0, 30.0), (0.5, 30.0), (2.0, 30.0), (2.0, 10.0)] {
             let [known, by_spread] = held(200, common_lx, walk_lx);
             assert!(known > 0.89, "{known} by {common_lx} lx, walks {walk_lx} lx");
-            // Where walks are many what is left is small.
+            // With many walks the remaining error is small.
             let is_much = common_lx > 1.0 && walk_lx > 20.0;
             assert!(!is_much || by_spread < 0.8, "the planted fault passed: {by_spread} by {common_lx} lx");
         }
     }
 
-    /// A row whose cells are off far more than others', as its own walks say, is told by these; one without walks by its places.
+    /// A row whose own walks show a far larger error than other rows gets that error. A row without walks gets the error of its own points.
     #[test]
     fn an_average_is_told_by_its_own_walks_where_these_say_more() {
         let usual = RemainingInAverage {

@@ -1,6 +1,6 @@
-//! Polynomials on a triangle that are orthonormal over its area: what an element map shows, and what it leaves out.
+//! Polynomials on a triangle that are orthonormal over its area. They separate what an element map shows from what it leaves out.
 //!
-//! With coefficients c_k of these, the mean square of a function over the triangle is Σ c_k² (Parseval); c₀ is its mean.
+//! With coefficients c_k of these polynomials, the mean square of a function over the triangle is Σ c_k² (Parseval). c₀ is the mean.
 //! Source: Koornwinder, "Two-variable analogues of the classical orthogonal polynomials", 1975.
 
 use std::sync::LazyLock;
@@ -13,17 +13,17 @@ use crate::scene::elements::{part_at, part_corners};
 pub const SLOPES: usize = 2;
 /// Number of linear and quadratic ones together ("bends").
 pub const BENDS: usize = 5;
-/// Parts of a triangle, with a fourth of its edges, that show what polynomials leave out.
+/// Number of parts of a triangle, each with a fourth of its edge lengths. Means over the parts show what the polynomials leave out.
 pub const PARTS: usize = (DIVISIONS * DIVISIONS) as usize;
 const DIVISIONS: u32 = 4;
 
-/// The two linear polynomials at `(a, b)`, the weights of the second and third corner.
+/// Returns the two linear polynomials at `(a, b)`, the weights of the second and third corner.
 #[inline]
 pub fn slopes_at([a, b]: [f64; 2]) -> [f64; SLOPES] {
     [std::f64::consts::SQRT_2 * (3.0 * a - 1.0), 6f64.sqrt() * (2.0 * b + a - 1.0)]
 }
 
-/// The two linear and the three quadratic polynomials there.
+/// Returns the two linear and the three quadratic polynomials at `(a, b)`, the weights of the second and third corner.
 #[inline]
 pub fn bends_at([a, b]: [f64; 2]) -> [f64; BENDS] {
     let [first, second] = slopes_at([a, b]);
@@ -37,7 +37,7 @@ pub fn bends_at([a, b]: [f64; 2]) -> [f64; BENDS] {
     ]
 }
 
-/// The part of a triangle in which `(a, b)` lies.
+/// Returns the part of a triangle that contains `(a, b)`.
 #[inline]
 pub fn part_of([a, b]: [f64; 2]) -> usize {
     part_at(DIVISIONS, a, b) as usize
@@ -47,23 +47,23 @@ pub fn part_of([a, b]: [f64; 2]) -> usize {
 pub static MEANS_OVER_PARTS: LazyLock<[[f64; BENDS]; PARTS]> = LazyLock::new(|| {
     std::array::from_fn(|part| {
         let [a, b, c] = part_corners(DIVISIONS, part as u32);
-        // The middles of the edges are exact for quadratic functions.
+        // The mean over the midpoints of the edges is exact for quadratic functions.
         let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| bends_at([0, 1].map(|k| 0.5 * (p[k] + q[k]))));
         std::array::from_fn(|k| middles.iter().map(|bends| bends[k]).sum::<f64>() / 3.0)
     })
 });
 
-/// A linear function on a triangle by its coefficients: its mean and those of the two linear polynomials.
+/// A linear function on a triangle, given by its coefficients: its mean and those of the two linear polynomials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Linear(pub [f64; 1 + SLOPES]);
 
 impl Linear {
-    /// The function that has this value everywhere.
+    /// Returns the function with this value everywhere.
     pub fn even(value: f64) -> Linear {
         Linear([value, 0.0, 0.0])
     }
 
-    /// The value at a point.
+    /// Returns the value at a point, given by the weights of the second and third corner.
     #[inline]
     pub fn at(&self, at: [f64; 2]) -> f64 {
         let [mean, first, second] = self.0;
@@ -71,13 +71,13 @@ impl Linear {
         mean + first * p + second * q
     }
 
-    /// The function that has these values at the corners.
+    /// Returns the function with these values at the corners.
     pub fn through([a, b, c]: [f64; 3]) -> Linear {
         let mean = (a + b + c) / 3.0;
         Linear([mean, (b - mean) / 8f64.sqrt(), (c - a) / 24f64.sqrt()])
     }
 
-    /// The same function on a piece of the triangle with these corners.
+    /// Returns the same function on a piece of the triangle with these corners.
     pub fn on_piece(&self, corners: [[f64; 2]; 3]) -> Linear {
         Linear::through(corners.map(|corner| self.at(corner)))
     }
@@ -108,7 +108,7 @@ mod tests {
         for k in 0..BENDS {
             assert!(means.iter().map(|part| part[k]).sum::<f64>().abs() < 1e-12);
         }
-        // The middle of a part lies in it, and there a linear polynomial has its mean.
+        // The centre of a part lies in it, and a linear polynomial has its mean over the part there.
         for (part, mean) in means.iter().enumerate() {
             let [a, b, c] = part_corners(DIVISIONS, part as u32);
             let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_polynomials_are_orthonormal() {
-        // Means over the triangle by the midpoints of a fine lattice; its error falls with the square of the step.
+        // Means over the triangle by the midpoints of a fine lattice. Their error falls with the square of the step.
         const STEPS: usize = 600;
         let mut products = [[0.0; BENDS + 1]; BENDS + 1];
         let mut count = 0.0;

@@ -1,46 +1,46 @@
-//! Elements as children of coarser ones: what these show, on them.
+//! Elements as children of coarser elements: expresses the coarser elements' functions on the children.
 
 use serde::{Deserialize, Serialize};
 
 use super::basis::{BENDS, Linear, SLOPES, slopes_at};
 
-/// Where an element lies in a coarser one that is cut in four again and again.
+/// Position of an element in a coarser one that is cut in four repeatedly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChildElement {
     /// Number of the coarser element.
     pub parent: u32,
-    /// The linear polynomials of the coarser element in the middle of the child.
+    /// Values of the coarser element's linear polynomials at the centre of the child.
     slopes: [f64; SLOPES],
-    /// Edge over that of the coarser element, below 0 where the child stands upside down in it.
+    /// Edge length of the child divided by that of the coarser element. It is negative where the child stands upside down.
     scale: f64,
 }
 
 impl ChildElement {
-    /// The child with these corners, each by the weights of the coarser element's second and third corner.
+    /// Creates the child with these corners. Each corner is given by the weights of the coarser element's second and third corner.
     pub fn of(parent: u32, [a, b, c]: [[f64; 2]; 3]) -> ChildElement {
         let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
         ChildElement { parent, slopes: slopes_at(middle), scale: b[0] - a[0] }
     }
 
-    /// Mean and slopes on the child of a linear function with these coefficients on the coarser element.
+    /// Returns mean and slopes on the child of a linear function with these coefficients on the coarser element.
     #[inline]
     fn linear(&self, [mean, first, second]: [f64; 1 + SLOPES]) -> [f64; 1 + SLOPES] {
         [mean + first * self.slopes[0] + second * self.slopes[1], first * self.scale, second * self.scale]
     }
 
-    /// A linear function on the coarser element, on the child.
+    /// Returns a linear function on the coarser element, expressed on the child.
     pub fn on(&self, function: &Linear) -> Linear {
         Linear(self.linear(function.0))
     }
 
-    /// What bends on the coarser element are on the child: slopes by its edge, curves by the square of that.
+    /// Converts bend coefficients of the coarser element to the child: slopes scale with the edge, curves with its square.
     pub fn bends(&self, bends: [f64; BENDS]) -> [f64; BENDS] {
         std::array::from_fn(|k| bends[k] * if k < SLOPES { self.scale } else { self.scale * self.scale })
     }
 }
 
-/// Coefficients of many elements that are children of coarser ones, from those of the coarser ones: means first, then the first
-/// and the second slopes. Of a coarser element that shows none (`sloped` false) the children have its mean alone.
+/// Returns the coefficients of many child elements, computed from those of their coarser elements. The order is: all means, then all first
+/// slopes, then all second slopes. Children of a coarser element without slopes (`sloped` false) get its mean alone.
 pub fn on_children(coarse: &[f64], sloped: &[bool], children: &[ChildElement]) -> Vec<f64> {
     let sites = children.len();
     let mut found = vec![0.0; (1 + SLOPES) * sites];
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn curves_fall_with_the_square_of_the_edge() {
-        // A quadratic function on a child: its second differences tell its curves there.
+        // A quadratic function on a child: its second differences give its curves there.
         let curves = [0.0, 0.0, 0.4, -1.1, 0.8];
         let function = |at: [f64; 2], curves: [f64; BENDS]| -> f64 {
             bends_at(at).iter().zip(curves).map(|(bend, curve)| bend * curve).sum()

@@ -1,51 +1,51 @@
-//! Daylight factors: illuminance over that of an open horizontal plane under the same sky.
+//! Daylight factors: illuminance divided by that of an open horizontal plane under the same sky.
 
 use super::{Estimate, MapResult};
 use crate::scene::{DaylightTargets, ReceiverPoint};
 
-/// Shares of the area that EN 17037 wants above the target and above the least daylight factor.
+/// Shares of the area that EN 17037 requires above the target and above the minimum daylight factor.
 pub const SHARES_WANTED: [f64; 2] = [0.5, 0.95];
 
-/// Sky component in % below which a place counts as one that sees no sky: it lies beyond the no-sky line.
+/// Sky component in % below which a point counts as one without a view of the sky: it lies beyond the no-sky line.
 pub const NO_SKY_PERCENT: f64 = 0.02;
 
-/// Steps in which the ends of the median's interval are found.
+/// Bisection steps for the ends of the median's interval.
 const BISECTIONS: u32 = 32;
 
 /// Daylight factors of a receiver set.
 #[derive(Clone, Debug)]
 pub struct DaylightFactors {
-    /// The set.
+    /// Name of the receiver set.
     pub name: String,
     /// Illuminance in lx of an open horizontal plane.
     pub outside_lx: f64,
-    /// Mean, weighed by area, in %.
+    /// Mean over all points, weighted by area, in %.
     pub average_percent: Estimate,
-    /// Least of all points in %.
+    /// Minimum over all points in %.
     pub minimum_percent: Estimate,
-    /// Exceeded on half of the area, in %.
+    /// Median in %: half of the area has a higher value.
     pub median_percent: Estimate,
-    /// D_T and D_TM of EN 17037 in %.
+    /// Targets D_T and D_TM of EN 17037 in %.
     pub targets_percent: [f64; 2],
-    /// Shares of the area above both, 0 to 1.
+    /// Shares of the area above these two targets, 0 to 1.
     pub shares_above: [Estimate; 2],
-    /// How certain it is that these shares are those wanted, 0 to 1: see [`SHARES_WANTED`].
+    /// Probabilities, 0 to 1, that these shares reach the required ones: see [`SHARES_WANTED`].
     pub certainties: [f64; 2],
-    /// The mean in its components, where they are known.
+    /// Components of the mean, where they are known.
     pub components: Option<ComponentMeans>,
 }
 
 /// Mean components of the daylight factor.
 #[derive(Clone, Copy, Debug)]
 pub struct ComponentMeans {
-    /// Sky component, externally and internally reflected component in %; together the mean daylight factor.
+    /// Sky component, externally and internally reflected component in %. Their sum is the mean daylight factor.
     pub percents: [Estimate; 3],
     /// Share of the area beyond the no-sky line: see [`NO_SKY_PERCENT`].
     pub without_sky: Estimate,
 }
 
 impl DaylightFactors {
-    /// Those of a map with the points of its set; `None` where the outside is dark, or no point counts.
+    /// Returns the daylight factors of a map with the points of its set. `None` if the outside is dark or no point counts.
     pub fn of(map: &MapResult, points: &[ReceiverPoint], outside_lx: f64, targets: DaylightTargets) -> Option<Self> {
         let percent = |lx: f64| 100.0 * lx / outside_lx;
         let factor = |estimate: Estimate| Estimate {
@@ -76,7 +76,7 @@ impl DaylightFactors {
     }
 }
 
-/// Means over the area. Shares of points know nothing of each other, while what the map itself has wrong they may have alike.
+/// Computes means over the area. Random errors of the points are independent. The map's common error can be the same for all points.
 fn component_means(
     map: &MapResult,
     points: &[ReceiverPoint],
@@ -112,11 +112,11 @@ fn component_means(
     Some(ComponentMeans { percents, without_sky: Estimate { value: 1.0 - seen.value, ..seen } })
 }
 
-/// The median with its error: what errors of places that know nothing of each other leave it, and what all places have wrong alike, of which
-/// the mean's error tells.
+/// Returns the median with its error. The error has two parts: the independent errors of the points, and the error that all points share,
+/// known from the mean's error.
 ///
-/// Of the first the share of the weight above a value tells: values for which that is a half within its own error may be the median. Where few places
-/// lie about it that says too much, and the error of the place itself is less.
+/// For the first part, values for which the share of the weight above them is one half within its error may be the median. Where few points
+/// lie near the median, this interval is too wide. The error of the median point itself then limits it.
 fn median_with_error(places: &[(Estimate, f64)], average: Estimate) -> Estimate {
     let median = median(places);
     let alike = if average.value > 0.0 {
@@ -126,7 +126,7 @@ fn median_with_error(places: &[(Estimate, f64)], average: Estimate) -> Estimate 
     };
     let reach = 4.0 * places.iter().map(|(place, _)| place.standard_error).fold(0.0, f64::max);
     let ends = [places[0].0.value - reach, places[places.len() - 1].0.value + reach];
-    // Shares fall with the value, from all to none.
+    // The share falls from 1 to 0 as the value grows.
     let last_where = |holds: &dyn Fn(Estimate) -> bool| {
         let [mut low, mut high] = ends;
         for _ in 0..BISECTIONS {
@@ -141,13 +141,13 @@ fn median_with_error(places: &[(Estimate, f64)], average: Estimate) -> Estimate 
     Estimate { value: median.value, standard_error: scattered.hypot(alike) }
 }
 
-/// The value that half of the weight exceeds, with the error of the place that has it. `places` are in order of their values.
+/// Returns the value that half of the weight exceeds, with the error of the point that has it. `places` must be sorted by value.
 fn median(places: &[(Estimate, f64)]) -> Estimate {
     let half: f64 = 0.5 * places.iter().map(|(_, weight)| weight).sum::<f64>();
     let mut before = 0.0;
     for pair in places.windows(2) {
         before += pair[0].1;
-        // Half of the weight ends between two places: their mean.
+        // Exactly half of the weight ends between two points: return their mean.
         if before == half {
             return Estimate {
                 value: 0.5 * (pair[0].0.value + pair[1].0.value),
@@ -161,8 +161,8 @@ fn median(places: &[(Estimate, f64)]) -> Estimate {
     places[places.len() - 1].0
 }
 
-/// Share of the weight above a value: each place lies above it with the probability that its error leaves. The share's error is
-/// that of places which know nothing of each other.
+/// Returns the share of the weight above a value. Each point lies above it with the probability that follows from its error. The error of
+/// the share treats the points as independent.
 fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
     let all: f64 = places.iter().map(|(_, weight)| weight).sum();
     let (mut share, mut variance) = (0.0, 0.0);
@@ -174,20 +174,20 @@ fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
     Estimate { value: share / all, standard_error: variance.sqrt() }
 }
 
-/// The share of the area above a limit, whether light was found or not.
+/// Returns the share of the area above a limit, whether light was found or not.
 fn known_share_above(places: &[(Estimate, f64)], average: Estimate, limit: f64) -> Estimate {
     unlit_share(average, limit).unwrap_or_else(|| share_above(places, limit))
 }
 
-/// The share of the area above a limit where no light was found yet, `None` where some was: places have no errors of their own then, and what may have been
-/// missed is the mean's error, alike for all.
+/// Returns the share of the area above a limit if no light was found yet, and `None` if some was. Points then have no errors of their own.
+/// Light that may have been missed is the mean's error, the same for all points.
 fn unlit_share(average: Estimate, limit: f64) -> Option<Estimate> {
     let above = certainty(average, limit);
     let unlit = Estimate { value: above, standard_error: (above * (1.0 - above)).sqrt() };
     (average.value == 0.0 && average.standard_error > 0.0).then_some(unlit)
 }
 
-/// Probability that the truth is at least a limit.
+/// Returns the probability that the true value is at least `limit`.
 pub fn certainty(estimate: Estimate, limit: f64) -> f64 {
     let beyond = estimate.value - limit;
     if estimate.standard_error > 0.0 {
@@ -214,8 +214,9 @@ mod tests {
         assert_eq!(median(&uneven[2..]).value, 4.0);
     }
 
-    /// 101 places from 1 to 3 with errors of 0.2 each, drawn 500 times (a sum of twelve numbers of a generator, seed 1): the median scatters by
-    /// what is stated within a third, and not by what its own place has, the planted fault. An error that all have alike stays as it is.
+    /// 101 points from 1 to 3 with errors of 0.2 each, drawn 500 times (sums of twelve numbers of a generator, seed 1). The scatter of the
+    /// median agrees with its stated error within a third. The error of the median's own point, the planted fault, does not agree. An error
+    /// that all points share remains unchanged.
     #[test]
     fn medians_scatter_by_their_stated_error() {
         let truth = |number: usize| 1.0 + 0.02 * number as f64;
@@ -242,7 +243,7 @@ mod tests {
         let sure = [place(1.0, 0.0, 1.0), place(2.0, 0.0, 1.0), place(3.0, 0.0, 1.0)];
         assert_eq!(median_with_error(&sure, Estimate { value: 2.0, standard_error: 0.1 }).standard_error, 0.1);
         assert_eq!(median_with_error(&sure, Estimate { value: 2.0, standard_error: 0.0 }).standard_error, 0.0);
-        // Where no light was found yet, the median is as little known as the mean.
+        // Where no light was found yet, the median is as uncertain as the mean.
         let unlit = [place(0.0, 0.0, 1.0), place(0.0, 0.0, 1.0)];
         assert_eq!(median_with_error(&unlit, Estimate { value: 0.0, standard_error: 1.2 }).standard_error, 1.2);
     }
@@ -252,11 +253,11 @@ mod tests {
         let sure = [place(1.0, 0.0, 1.0), place(2.0, 0.0, 1.0), place(3.0, 0.0, 2.0)];
         let share = share_above(&sure, 2.0);
         assert_eq!((share.value, share.standard_error), (0.75, 0.0));
-        // A place on the limit is above it half of the time, and is all the doubt that there is.
+        // A point on the limit is above it with probability one half. It is the only uncertainty here.
         let doubtful = [place(1.0, 0.0, 1.0), place(2.0, 0.1, 1.0), place(3.0, 0.0, 2.0)];
         let share = share_above(&doubtful, 2.0);
         assert!((share.value - 0.625).abs() < 1e-9 && (share.standard_error - 0.125).abs() < 1e-9, "{share:?}");
-        // No light was found yet: nobody knows whether the area lies above, until the mean's bound is far below.
+        // No light was found yet: whether the area lies above the limit is unknown until the mean's bound is far below it.
         let unlit = |error: f64| unlit_share(Estimate { value: 0.0, standard_error: error }, 2.0).expect("unlit");
         assert!((unlit(2.0).value - 0.158_655_254).abs() < 1e-7 && unlit(2.0).standard_error > 0.36);
         assert!(unlit(0.1).value < 1e-9 && unlit(0.1).standard_error < 1e-9);

@@ -1,8 +1,8 @@
-//! What an element map cannot show: how the illuminance varies within its elements (docs/methods.md (20)).
+//! Variation of the illuminance within elements, which an element map cannot show (docs/methods.md (20)).
 //!
-//! An element shows its mean, or its mean and two slopes. What is left out is measured without bias: products of the even
-//! and the odd half's coefficients for linear and quadratic parts, and for direct light, whose edges no polynomial follows,
-//! the product of two looks from the same point.
+//! An element shows its mean, or its mean and two slopes. The rest is measured without bias. For linear and quadratic parts, it comes from
+//! products of the coefficients of the even and the odd half. Direct light has edges that no polynomial follows; for it, the product of two
+//! light samples from the same point is used.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,48 +10,48 @@ use super::REPLICAS;
 use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::children::ChildElement;
 
-/// Above so many elements what indirect light has beyond quadratic functions is not looked for: it would take too much room.
+/// Largest number of elements for which the indirect variation beyond quadratic functions is measured. More would take too much memory.
 const MOST_WITH_PARTS: usize = 50_000;
 
 /// Sums over the samples of one replica in one element.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct DirectDetail {
-    /// Of (direct light − reference there) times the polynomials, in lx.
+    /// Sum of (direct light − reference at the point) times the polynomials, in lx.
     pub bends_lx: [f64; BENDS],
-    /// Of direct light − reference in lx.
+    /// Sum of (direct light − reference), in lx.
     pub sum_lx: f64,
-    /// Of the products of two looks − reference in lx².
+    /// Sum of the products of two light samples, each minus the reference, in lx².
     pub product_lx2: f64,
 }
 
-/// Sums that tell how light varies within elements.
+/// Sums for the variation of light within elements.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Detail {
-    /// One slab a replica.
+    /// One slab per replica.
     pub direct: Vec<Vec<DirectDetail>>,
-    /// One slab a replica: of (indirect scores − reference) times the polynomials, in the unit of the map's scores.
+    /// One slab per replica: sums of (indirect scores − reference) times the polynomials, in the unit of the map's scores.
     pub indirect: Vec<Vec<[f64; BENDS]>>,
 }
 
-/// How the light varies within one element: mean squares over its area in lx².
+/// Variation of the light within one element: mean squares over its area in lx².
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Variation {
-    /// Of direct light, its linear part left out.
+    /// Variation of direct light, without its linear part.
     pub direct_lx2: f64,
-    /// Variance of that estimate.
+    /// Variance of the estimate `direct_lx2`.
     pub direct_noise: f64,
-    /// What indirect light adds to that: its quadratic part, and its product with that of direct light.
+    /// Additional variation by indirect light: its quadratic part, and its product with that of direct light.
     pub indirect_lx2: f64,
-    /// Variance of that estimate.
+    /// Variance of the estimate `indirect_lx2`.
     pub indirect_noise: f64,
-    /// Of the linear part, direct and indirect light together.
+    /// Variation of the linear part, of direct and indirect light together.
     pub slope_lx2: f64,
-    /// Variance of that estimate.
+    /// Variance of the estimate `slope_lx2`.
     pub slope_noise: f64,
 }
 
 impl Detail {
-    /// Nothing seen yet of so many elements.
+    /// Returns empty sums for `sites` elements.
     pub fn new(sites: usize) -> Detail {
         Detail {
             direct: vec![vec![DirectDetail::default(); sites]; REPLICAS],
@@ -59,7 +59,7 @@ impl Detail {
         }
     }
 
-    /// Takes how indirect light varies within coarser elements, of which these are children.
+    /// Takes over the variation of indirect light within coarser elements, whose children these elements are.
     pub fn take_indirect(&mut self, coarse: &IndirectDetail, children: &[ChildElement]) {
         for (slab, coarse) in self.indirect.iter_mut().zip(&coarse.bends_lx) {
             slab.iter_mut()
@@ -68,17 +68,17 @@ impl Detail {
         }
     }
 
-    /// Forgets indirect light.
+    /// Clears the sums of indirect light.
     pub fn restart_indirect(&mut self) {
         self.indirect.iter_mut().for_each(|slab| slab.fill([0.0; BENDS]));
     }
 
-    /// How the light varies within an element, where a unit of its direct and of its indirect sums is worth so much
-    /// ([`ReplicaMap::scales`](super::ReplicaMap::scales)), and where the references of both have these slopes.
+    /// Returns the variation of the light within an element. The scales are the values of one unit of its direct and indirect sums
+    /// ([`ReplicaMap::scales`](super::ReplicaMap::scales)). `reference_slopes_lx` are the slopes of both references.
     ///
-    /// With `apart` indirect light is that of coarser elements, which tell themselves what they cannot show of it: here only its
-    /// product with direct light counts. Of an element that is not `whole`, since something covers a part of it, samples lie unevenly,
-    /// and polynomials say nothing: all the variance of direct light is told, and nothing of indirect light.
+    /// With `apart`, indirect light is that of coarser elements, which report their own variation of it. Here only its product with direct
+    /// light counts. An element that is not `whole` is partly hidden by contact. Its samples lie unevenly, so polynomials give no
+    /// information. Then all the variance of direct light is reported, and none of indirect light.
     pub fn variation(
         &self,
         site: usize,
@@ -95,7 +95,7 @@ impl Detail {
             std::array::from_fn(|replica| self.direct[replica][site].product_lx2 * direct_scale);
 
         let mut found = Variation::default();
-        // Direct light: all its variance, less what linear functions of the element follow.
+        // Direct light: all its variance, minus the part that linear functions of the element follow.
         let follows = f64::from(u8::from(whole));
         let followed = [0, 1].map(|k| Halves::of(|replica| follows * direct[replica][k]));
         let mean = Halves::of(|replica| sums_lx[replica]);
@@ -136,17 +136,17 @@ impl Detail {
     }
 }
 
-/// Sums that tell how gathered light varies within elements, one slab a replica.
+/// Sums for the variation of gathered light within elements, one slab per replica.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct IndirectDetail {
-    /// Of (samples − reference) times the polynomials, in lx.
+    /// Sums of (samples − reference) times the polynomials, in lx.
     pub bends_lx: Vec<Vec<[f64; BENDS]>>,
-    /// Of (samples − reference) in each part of the elements, in lx; none where elements are too many.
+    /// Sums of (samples − reference) in each part of the elements, in lx. Empty where there are too many elements.
     pub parts_lx: Vec<Vec<[f64; PARTS]>>,
 }
 
 impl IndirectDetail {
-    /// Nothing seen yet of so many elements.
+    /// Returns empty sums for `sites` elements.
     pub fn new(sites: usize) -> IndirectDetail {
         let with_parts = IndirectDetail::with_parts(sites);
         IndirectDetail {
@@ -155,15 +155,16 @@ impl IndirectDetail {
         }
     }
 
-    /// Elements of so many whose parts are told apart: all or none.
+    /// Returns the number of elements, out of `sites`, with separate sums of their parts: all or none.
     pub fn with_parts(sites: usize) -> usize {
         if sites <= MOST_WITH_PARTS { sites } else { 0 }
     }
 
-    /// How the light varies within an element of so many samples a replica, whose reference has these slopes.
+    /// Returns the variation of the light within an element. `inverse_samples` is 1 over the samples of a replica. `reference_slopes_lx`
+    /// are the slopes of the reference.
     ///
-    /// What is left beyond quadratic functions, edges of the shadows of bright surfaces say, shows in the means over parts of
-    /// the element. Of one that is not `whole` nothing is told: its samples lie in some parts more often than in others.
+    /// Variation beyond quadratic functions, for example edges of the shadows of bright surfaces, appears in the means over parts of the
+    /// element. For an element that is not `whole` the result is 0: its samples lie more often in some parts than in others.
     pub fn variation(
         &self,
         site: usize,
@@ -234,7 +235,7 @@ impl Halves {
         0.5 * (self.means[0] + self.means[1])
     }
 
-    /// The square of the expectation, without bias.
+    /// Returns the square of the expectation, without bias.
     fn product(&self) -> f64 {
         self.means[0] * self.means[1]
     }
@@ -243,8 +244,8 @@ impl Halves {
         0.25 * (self.variances[0] + self.variances[1])
     }
 
-    /// Variance of twice the product with the expectation of another quantity, from either half of one and the other half of
-    /// the other.
+    /// Returns the variance of twice the product with the expectation of another quantity. Each product uses opposite halves of the two
+    /// quantities.
     fn variance_of_cross(&self, other: &Halves) -> f64 {
         let ([one, two], [here, there]) = (self.variances, other.variances);
         let (self_squared, other_squared) = (self.mean().powi(2), other.mean().powi(2));
@@ -265,7 +266,8 @@ mod tests {
 
     const SAMPLES: u64 = 64;
 
-    /// What is told of a function with chance of 1 lx in every sample, mean over so many elements, and its mean stated noise.
+    /// Returns the measured variation of a function and its stated noise, averaged over `elements` elements. Every sample has a random
+    /// error of 1 lx.
     fn told(seed: u64, elements: u64, with_parts: bool, lx: impl Fn([f64; 2]) -> f64) -> Variation {
         let mut detail = IndirectDetail::new(1);
         if !with_parts {
@@ -295,7 +297,7 @@ mod tests {
         found
     }
 
-    /// Mean square over a triangle, by a fine lattice, of what a linear function leaves of another.
+    /// Returns the mean square over a triangle, on a fine lattice, of a function minus its linear part.
     fn exact(lx: impl Fn([f64; 2]) -> f64) -> f64 {
         const STEPS: u32 = 200;
         let middles = (0..STEPS * STEPS).map(|part| {
@@ -313,9 +315,9 @@ mod tests {
         square - mean * mean - slopes.iter().map(|slope| slope * slope).sum::<f64>()
     }
 
-    /// 400 elements, seed 3: of a curve all is told, within four standard errors of the mean over all elements by what they state
-    /// (α = 6e-5) and a tenth for what parts do not show, of a plane nothing, of an edge at least a third. Quadratic polynomials
-    /// alone, the planted fault, tell an eighth of the edge.
+    /// 400 elements, seed 3. The tolerance is four standard errors of the mean over all elements, from their stated noise (α = 6e-5). A
+    /// curve is measured completely, within that and a tenth for what parts do not show. A plane gives nothing, an edge at least a third.
+    /// Quadratic polynomials alone, the planted fault, give an eighth of the edge.
     #[test]
     fn edges_of_indirect_light_are_told_and_chance_is_not() {
         let plane = |[a, b]: [f64; 2]| 3.0 + 2.0 * a - b;

@@ -1,50 +1,50 @@
-//! How light slopes across the elements that the rim of a grid's cell cuts.
+//! Slopes of light across elements that the rim of a grid cell cuts.
 //!
-//! A cell of a grid on a surface is made of parts of elements, and an element knows the mean over all of itself alone. In a hollow of
-//! light what reaches beyond the rim is brighter than what lies inside, so that a cell made of means is too bright. A plane through the
-//! means of an element and its neighbours tells the light of the part inside: docs/methods.md (36).
+//! A cell of a grid on a surface consists of parts of elements, and an element only has its mean over its whole area. In a hollow of light,
+//! the part beyond the rim is brighter than the part inside. A cell computed from means is then too bright. A plane through the means of an
+//! element and its neighbours gives the light of the part inside: docs/methods.md (36).
 
 use glam::DVec3;
 
 use crate::scene::{Elements, EvaluationGrid, Scene};
 
-/// Neighbours whose means, beside the element's own, make a plane; those as far as the last of them count as well.
+/// Number of neighbours whose means, with the element's own, define a plane. Neighbours as far as the last of them are included too.
 const NEIGHBOURS: usize = 12;
-/// With fewer of them, at the corner of something that covers the rest, say, an element keeps its mean.
+/// An element with fewer neighbours than this keeps its mean, for example at the corner of something that hides the rest by contact.
 const FEWEST_NEIGHBOURS: usize = 6;
-/// An element whose area is so many times smaller than a cell changes nothing there that could be seen.
+/// Ratio of the cell's area to the element's above which the element has no visible effect in the cell.
 const SMALLEST_OF_A_CELL: f64 = 1000.0;
-/// Part of an element beyond a rim that is rounding.
+/// Share of an element beyond a rim that counts as rounding.
 const LEAST_BEYOND: f64 = 1e-9;
-/// Where the neighbours' least spread in m² is below this part of the greatest, they lie on a line.
+/// Neighbours count as lying on a line if the determinant of their spread in m² is at most this share of its squared trace.
 const LINE: f64 = 1e-4;
-/// Distances that differ by less than this part are the same.
+/// Relative difference below which two distances are the same.
 const SAME_DISTANCE: f64 = 1e-9;
 
-/// What planes through the means of elements change in one cell of a grid.
+/// Change in one grid cell by planes through the means of elements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellSlopes {
-    /// What is to be added to the cell's illuminance: sum of the means of these elements, each times its weight.
+    /// Addition to the cell's illuminance: the sum of the means of these elements, each times its weight.
     pub weights: Vec<(u32, f64)>,
-    /// Mean square in lx² of what the planes do not show.
+    /// Mean square in lx² of the variation that the planes do not show.
     pub lost_lx2: f64,
 }
 
-/// Middles of the elements that show as a whole, in the plane of their surface, sorted into squares.
+/// Centres of the elements that are completely visible, in the plane of their surface, sorted into squares.
 struct Middles {
     origin_m: DVec3,
     axes: [DVec3; 2],
     low_m: [f64; 2],
     step_m: f64,
     counts: [usize; 2],
-    /// First member of each square, and the end.
+    /// First member of each square, and the end of the last.
     starts: Vec<usize>,
-    /// Elements with their middles, square by square.
+    /// Elements with their centres, square by square.
     members: Vec<(u32, [f64; 2])>,
 }
 
 impl Middles {
-    /// Of at least three elements; `None` of fewer.
+    /// Sorts at least three elements; `None` for fewer, or for a degenerate first element.
     fn of(scene: &Scene, elements: &Elements, whole: &[u32]) -> Option<Middles> {
         let (first, _) = whole.split_first().filter(|(_, rest)| rest.len() >= 2)?;
         let [a, b, c] = elements.corners_m(scene, elements.element(*first));
@@ -69,7 +69,7 @@ impl Middles {
         };
         let low_m = [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY));
         let size_m = [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY) - low_m[axis]);
-        // Some four elements a square, and no more squares than elements along an axis.
+        // About four elements per square, and no more squares along an axis than elements.
         let even_m = 2.0 * (size_m[0] * size_m[1] / members.len() as f64).sqrt();
         let step_m = even_m.max(size_m[0].max(size_m[1]) / members.len() as f64);
         middles.low_m = low_m;
@@ -84,7 +84,7 @@ impl Middles {
         Some(middles)
     }
 
-    /// A point in the plane of the surface, in m.
+    /// Converts a point to coordinates in the plane of the surface, in m.
     fn place(&self, point_m: DVec3) -> [f64; 2] {
         self.axes.map(|axis| (point_m - self.origin_m).dot(axis))
     }
@@ -98,8 +98,8 @@ impl Middles {
         row * self.counts[0] + column
     }
 
-    /// The elements nearest to a point of the surface, with their offsets from it in m: one more than the neighbours asked for, since the
-    /// element about the point is among them.
+    /// Returns the elements nearest to a point of the surface, with their offsets from it in m. This is one more than the number of
+    /// neighbours, because the element around the point is included.
     fn nearest(&self, from_m: [f64; 2]) -> Vec<(u32, [f64; 2])> {
         let [column, row] = self.column_and_row(from_m);
         let offset = |(element, middle): &(u32, [f64; 2])| {
@@ -117,7 +117,7 @@ impl Middles {
             let mut found: Vec<(f64, (u32, [f64; 2]))> = rows.flat_map(of_row).map(offset).collect();
             found.sort_by(|(one_m, _), (other_m, _)| one_m.total_cmp(other_m));
             let all = |found: Vec<(f64, _)>| found.into_iter().map(|(_, one)| one).collect();
-            // What lies in squares further off is at least so far.
+            // Elements in squares further away have at least this distance.
             let safe_m = ring as f64 * self.step_m;
             let last_m = found.get(NEIGHBOURS).map(|(last_m, _)| last_m * (1.0 + SAME_DISTANCE));
             match last_m {
@@ -135,14 +135,14 @@ impl Middles {
 
 /// A plane by least squares about an element.
 struct FittedPlane {
-    /// The element and its neighbours, and how much the mean of each counts in the slopes along both axes, in 1/m.
+    /// The element and its neighbours, with the factors of their means in the slopes along both axes, in 1/m.
     slopes: Vec<(u32, [f64; 2])>,
-    /// Mean square in lx² of what the plane leaves of the means, free of chance: the product of what the two halves leave.
+    /// Mean square in lx² of the means' residuals from the plane, free of random error: the product of the residuals of both halves.
     left_lx2: f64,
 }
 
 impl FittedPlane {
-    /// `None` where there are too few neighbours or where they lie on a line.
+    /// Fits a plane; `None` if there are too few neighbours or if they lie on a line.
     fn about(middle_m: [f64; 2], middles: &Middles, halves_lx: impl Fn(usize) -> [f64; 2]) -> Option<FittedPlane> {
         let near = middles.nearest(middle_m);
         let count = near.len() as f64;
@@ -182,10 +182,11 @@ impl FittedPlane {
     }
 }
 
-/// What planes change in every cell of a grid whose elements stand for their means: nothing where none of them is cut.
+/// Returns the change by planes in every cell of a grid whose elements stand for their means. A cell without cut elements has no change.
+/// The result is empty if fewer than three elements are completely visible.
 ///
-/// `shows_whole` tells which elements something covers in part or as a whole: these stay as they are, and are nobody's neighbours;
-/// `halves_lx` are the means over the even and the odd half of the replicas.
+/// `shows_whole` is false for elements that are partly or completely hidden by contact. These keep their mean and are not used as
+/// neighbours. `halves_lx` returns the means over the even and the odd half of the replicas.
 pub fn grid_slopes(
     scene: &Scene,
     elements: &Elements,
@@ -234,7 +235,7 @@ mod tests {
     use crate::sampling::random::{Purpose, Stream};
     use crate::scene::{ElementSizes, Side, evaluation_grid};
 
-    /// A table of 3 m × 3 m, whose grid has 7 × 7 cells, with elements as long as given.
+    /// Builds a table of 3 m × 3 m, whose grid has 7 × 7 cells, with elements of this edge length.
     fn table(edge_m: f64) -> Scene {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -245,8 +246,8 @@ mod tests {
         crate::scene_from_json(&text, None, std::path::Path::new(".")).expect("the table is valid")
     }
 
-    /// Its row where elements have exact means of a light that is quadratic in the place, with a chance of so many lx in each replica,
-    /// with planes and, the planted fault, without.
+    /// Returns the table's row with planes and, the planted fault, without. The elements have exact means of a light that is quadratic in
+    /// position, plus a random error of `chance_lx` in each replica.
     fn rows(edge_m: f64, light_lx: impl Fn(DVec3) -> f64, chance_lx: f64, stream: &mut Stream) -> [TableRow; 2] {
         let scene = table(edge_m);
         let elements = Elements::of(&scene);
@@ -254,7 +255,7 @@ mod tests {
         map.direct_samples.complete = 1;
         for element in 0..elements.len() {
             let [a, b, c] = elements.corners_m(&scene, elements.element(element as u32));
-            // The mean over a triangle of what is quadratic is that of the middles of its sides.
+            // The mean of a quadratic function over a triangle is the mean of its values at the edge midpoints.
             let mean_lx = [a + b, b + c, c + a].map(|sum| light_lx(sum / 2.0)).iter().sum::<f64>() / 3.0;
             for slab in &mut map.direct {
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
@@ -298,7 +299,8 @@ mod tests {
     /// Mean over the middle cell, of 3/7 m: E[x² + y²] = s²/6.
     const HOLLOW_LX: f64 = 100.0 + 400.0 * (9.0 / 49.0) / 6.0;
 
-    /// Where light is quadratic in the place, planes put Emin right to 0.3 % where means make it 2 to 5 % too high, and state what they leave.
+    /// Where light is quadratic in position, planes give Emin within 0.3 %. Means make it 2 to 5 % too high. The rows with planes state the
+    /// error that remains.
     #[test]
     fn planes_tell_the_least_of_a_hollow() {
         for edge_m in [0.3, 0.25] {
@@ -311,8 +313,8 @@ mod tests {
         }
     }
 
-    /// Where light is linear in the place planes lose nothing, and chance is not taken for a loss: with 4 lx of it in every replica the
-    /// interval of ±2.13 standard errors holds the truth in 95 % of 400 tables (seed 2; at α = 10⁻⁴ 363 of them).
+    /// Where light is linear in position, planes lose nothing and do not count random error as a loss. With 4 lx of it in every replica,
+    /// the interval of ±2.13 standard errors contains the true value in 95 % of 400 tables (seed 2; at α = 10⁻⁴ in at least 363).
     #[test]
     fn chance_is_not_taken_for_what_planes_lose() {
         let slope_lx = |at: DVec3| 100.0 + 200.0 * at.x + 100.0 * at.y;

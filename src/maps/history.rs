@@ -1,17 +1,17 @@
-//! How a map has come along: what was known of it each time its error was judged.
+//! History of a map: its state at each check of its error.
 
 use serde::{Deserialize, Serialize};
 
 use super::REPLICAS;
 
-/// A map at one of its judgements.
+/// State of a map at one check of its error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PastJudgement {
     /// Samples of every replica.
     pub samples: u64,
-    /// Rays traced for it.
+    /// Rays traced for the map.
     pub rays: u64,
-    /// Expected squared error in lx², of that part which more samples lower.
+    /// Expected squared error in lx², only the part that falls with more samples.
     pub squared_error: f64,
     /// Effective degrees of freedom of the error.
     pub degrees_of_freedom: f64,
@@ -19,14 +19,15 @@ pub struct PastJudgement {
     pub means_lx: [f64; REPLICAS],
 }
 
-/// All judgements of a map's present samples, in order.
+/// All error checks of a map's present samples, in order.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct History {
     looks: Vec<PastJudgement>,
 }
 
 impl History {
-    /// Adds a look; one at fewer samples than the last means that the map began anew, one at as many replaces nothing.
+    /// Adds a look (error check). A look with fewer samples than the last one shows that the map began anew, and clears the history. A look
+    /// with the same number of samples is ignored.
     pub fn add(&mut self, look: PastJudgement) {
         match self.looks.last() {
             Some(last) if look.samples < last.samples => self.looks.clear(),
@@ -36,17 +37,18 @@ impl History {
         self.looks.push(look);
     }
 
-    /// Forgets all: the map begins anew.
+    /// Clears the history: the map begins anew.
     pub fn clear(&mut self) {
         self.looks.clear();
     }
 
-    /// The latest look.
+    /// Returns the latest look.
     pub fn last(&self) -> Option<&PastJudgement> {
         self.looks.last()
     }
 
-    /// The look that lies nearest to this share of the samples of the latest one, if one lies between two shares.
+    /// Returns the look whose number of samples is nearest to `share` of the latest one's. Only looks with a share in the range `between`
+    /// count.
     pub fn at_share(&self, share: f64, between: [f64; 2]) -> Option<&PastJudgement> {
         let all = self.last()?.samples as f64;
         let share_of = |look: &PastJudgement| look.samples as f64 / all;

@@ -1,23 +1,24 @@
-//! The error of a map, judged from its replicas.
+//! Estimates the error of a map from its replicas.
 
 use serde::{Deserialize, Serialize};
 
 use super::REPLICAS;
 use super::replicas::ReplicaMap;
 
-/// What the replicas tell of a map's error; all errors are fractions of the map's mean.
+/// Error of a map as estimated from its replicas. All errors are fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// Weighted mean of the map in lx.
     pub mean_lx: f64,
     /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean, docs/methods.md (7).
     pub halves_error: f64,
-    /// Expected random error from the spread of all replicas: the same quantity, with 15 degrees of freedom an entry instead of one.
+    /// Expected random error from the spread of all replicas. It estimates the same quantity, with 15 degrees of freedom per entry instead
+    /// of one.
     pub expected_error: f64,
-    /// Estimated bias that the even and the odd half share, that of cells; 0 for an unbiased estimator.
+    /// Estimated bias that the even and the odd half share, from the cells. It is 0 for an unbiased estimator.
     pub bias: f64,
-    /// Estimated discretisation error: what elements cannot show of the illuminance within them; 0 for points and for
-    /// elements that stand for nothing but their means.
+    /// Estimated discretisation error: variation of the illuminance within elements that these cannot show. It is 0 for points and for
+    /// elements that stand for their means only.
     pub discretisation: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
     pub degrees_of_freedom: f64,
@@ -25,26 +26,27 @@ pub struct Judgement {
     pub means_lx: [f64; REPLICAS],
     /// Whether every entry is 0.
     pub dark: bool,
-    /// Whether light could bounce but no chain or walk has scored yet: the spread then says nothing of it.
+    /// Whether light could bounce but no chain or walk has scored yet. The spread of the replicas then gives no information about it.
     pub unseen: bool,
 }
 
-/// Pairs of an even and an odd replica.
+/// Number of pairs of one even and one odd replica.
 const PAIRS: f64 = (REPLICAS / 2) as f64;
 
 impl Judgement {
-    /// The stated error: the random error of the halves and what they share, in quadrature.
+    /// Returns the stated error: the random error of the halves and the error that both share, in quadrature.
     pub fn stated_error(&self) -> f64 {
         self.halves_error.hypot(self.shared_error())
     }
 
-    /// The error to be told of a part of a map: of few entries the halves' error has few degrees of freedom, so that it is that of all
-    /// replicas where this is more, and what the halves share in quadrature. It is never below the error of the part's mean.
+    /// Returns the error to state for a part of a map. With few entries the halves' error has few degrees of freedom. The larger of it and
+    /// the error of all replicas is used, in quadrature with the error that the halves share. The result is never below the error of the
+    /// part's mean.
     pub fn error_of_part(&self) -> f64 {
         self.halves_error.max(self.expected_error).hypot(self.shared_error())
     }
 
-    /// What even and odd share: bias and discretisation, in quadrature.
+    /// Returns the error that even and odd replicas share: bias and discretisation, in quadrature.
     pub fn shared_error(&self) -> f64 {
         self.bias.hypot(self.discretisation)
     }
@@ -52,14 +54,14 @@ impl Judgement {
 
 /// Products of the deviations of every two replicas from their mean, summed over a map.
 ///
-/// With y_ab the difference of replicas a and b, weighted by √A, those of pairs that share no replica are independent with covariance 2C:
-/// tr C² follows from products of different pairs, which no outlier in one replica can inflate alone. All such pairs of pairs, 5,460 of 16
-/// replicas, tell it far better than those of one division into pairs.
+/// Let y_ab be the difference of replicas a and b, weighted by √A. Differences of pairs that share no replica are independent, with
+/// covariance 2C. Products of different pairs then give tr C², and no outlier in one replica can inflate it alone. All 5,460 pairs of pairs
+/// of 16 replicas estimate it far better than the pairs of one division.
 #[derive(Clone, Copy, Debug, Default)]
 struct ReplicaProducts([[f64; REPLICAS]; REPLICAS]);
 
 impl ReplicaProducts {
-    /// Adds an entry with its weight, by the deviations of its replicas.
+    /// Adds an entry with its weight, from the deviations of its replicas.
     fn add(&mut self, weight: f64, deviations: &[f64; REPLICAS]) {
         for (row, one) in self.0.iter_mut().zip(deviations) {
             let weighted = weight * one;
@@ -67,8 +69,8 @@ impl ReplicaProducts {
         }
     }
 
-    /// Degrees of freedom of the mean square over the map, (tr C)²/tr C²: 1 at least (docs/methods.md (8)). Where halves share cells, pairs
-    /// are of one half each.
+    /// Returns the degrees of freedom of the mean square over the map, (tr C)²/tr C², at least 1 (docs/methods.md (8)). Where halves share
+    /// cells (`within_halves`), both replicas of a pair are from one half.
     fn degrees_of_freedom(&self, within_halves: bool) -> f64 {
         let product =
             |[a, b]: [usize; 2], [c, d]: [usize; 2]| (self.0[a][c] - self.0[a][d]) - (self.0[b][c] - self.0[b][d]);
@@ -88,7 +90,7 @@ impl ReplicaProducts {
     }
 }
 
-/// Judges the given entries of a map with their weights (areas; 0 leaves an entry out). Replicas 2j are even, 2j + 1 odd.
+/// Estimates the error of the given entries of a map with their weights (areas; 0 leaves an entry out). Replicas 2j are even, 2j + 1 odd.
 pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> Judgement {
     let mut weight_sum = 0.0;
     let mut illuminance_sum = 0.0;
@@ -106,7 +108,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         dark &= replicas.iter().all(|value| *value == 0.0);
         unseen &= map.indirect_sum(entry) == 0.0;
         let halves = (0..REPLICAS).step_by(2).map(|even| replicas[even + 1] - replicas[even]).sum::<f64>() / PAIRS;
-        // Coefficients of slopes add to the error, not to the mean.
+        // Coefficients of slopes contribute to the error, not to the mean.
         if entry < map.len() {
             weight_sum += weight;
             illuminance_sum += weight * mean;
@@ -125,7 +127,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
         expected_error: (spread_sum / weight_sum + remaining.chance).sqrt() / mean_lx,
         bias: remaining.common.sqrt() / mean_lx,
-        // Set by the map's job, which knows what its elements lose.
+        // Set by the map's job, which has the discretisation error of its elements.
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: products.degrees_of_freedom(shares_cells),
@@ -140,7 +142,8 @@ mod tests {
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
 
-    /// A map of `len` entries of mean 1 and relative spread `sigma` in each replica, of which `alike` neighbours are equal.
+    /// Builds a map of `len` entries of mean 1 and relative spread `sigma` in each replica. Each run of `alike` neighbours has equal
+    /// values.
     fn noisy(seed: u64, len: usize, alike: usize, sigma: f64) -> ReplicaMap {
         let mut map = ReplicaMap::new(len, Unit::Lux);
         map.direct_samples.complete = 1;
@@ -148,7 +151,7 @@ mod tests {
             let mut stream = Stream::new(seed, Purpose::Pilot, 0, replica as u32);
             stream.seek(0);
             for block in 0..len / alike {
-                // Twelve uniform variates less six: normal enough, of unit variance.
+                // Twelve uniform variates minus six: nearly normal, with unit variance.
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 for entry in block * alike..(block + 1) * alike {
                     map.direct[replica][entry] = 1.0 + sigma * normal;
@@ -160,8 +163,8 @@ mod tests {
 
     #[test]
     fn error_and_degrees_of_freedom_are_those_put_in() {
-        // 40 seeds: the mean of the squared errors must be σ²/16 within 4 of its own standard errors, and a map
-        // with 2% more noise (the planted fault) must fall outside of it.
+        // 40 seeds: the mean of the squared errors must be σ²/16 within 4 of its own standard errors. A map with 2% more noise (the planted
+        // fault) must fall outside.
         for (len, alike) in [(2048, 1), (2048, 128)] {
             let k = (len / alike) as f64;
             let judged = |sigma: f64| {
@@ -183,8 +186,8 @@ mod tests {
         }
     }
 
-    /// 40 maps of two entries, as a small surface has them: the error told is never below that of their mean. The halves' alone (the planted
-    /// fault) is in a quarter of them at least.
+    /// 40 maps of two entries, as on a small surface: the stated error of a part is never below the error of its mean. The halves' error
+    /// alone (the planted fault) is below it in at least a quarter of the maps.
     #[test]
     fn the_error_of_a_part_is_never_below_that_of_its_mean() {
         let below = |error: &dyn Fn(&Judgement) -> f64| {
@@ -201,7 +204,7 @@ mod tests {
         assert!(below(&|judgement| judgement.halves_error) >= 10, "the planted fault passed");
     }
 
-    /// Degrees of freedom by eight pairs alone, each replica in one of them.
+    /// Returns the degrees of freedom from eight pairs alone, with each replica in one of them.
     fn by_eight_pairs(map: &ReplicaMap, len: usize) -> f64 {
         let pair = |pair: usize| -> Vec<f64> {
             let of = |replica: usize| (0..len).map(move |entry| map.illuminance_lx(replica, entry));
@@ -214,8 +217,9 @@ mod tests {
         of_traces / different().map(|(i, j)| product(i, j).powi(2)).sum::<f64>()
     }
 
-    /// 200 maps of k = 16: ln k scatters by less than 0.7 of what it does by eight pairs alone (expected: 0.5, known to 7 %, so that a
-    /// sound estimate fails with α < 1e-4), which itself, the planted fault, does not; and it is right in the middle, within 4 standard errors.
+    /// 200 maps of k = 16: the scatter of ln k is below 0.7 of the scatter from eight pairs alone, which are the planted fault. The
+    /// expected ratio is 0.5, known to 7 %, so that a sound estimate fails with α < 1e-4. The mean of ln k is right within 4 standard
+    /// errors.
     #[test]
     fn all_pairs_of_replicas_tell_the_degrees_of_freedom_better_than_eight() {
         let (len, alike) = (128, 8);

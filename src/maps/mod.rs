@@ -1,4 +1,4 @@
-//! Even and odd halves of independent replicas, merged into maps with their errors.
+//! Replicas of a map in an even and an odd half, and their merging into maps with errors.
 
 mod averages;
 pub mod basis;
@@ -31,7 +31,7 @@ pub use scores::{EntryScores, GroupScores, LARGEST, Levels, PartScores, ScoreEvi
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};
 pub use tables::{Places, TableSubject, table_row};
 
-/// Independent replicas of every map: eight even and eight odd.
+/// Number of independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
-/// Replicas of a half.
+/// Number of replicas in one half.
 pub const HALF: usize = REPLICAS / 2;

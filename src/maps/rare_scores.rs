@@ -1,37 +1,39 @@
-//! Error bars of entries whose light a few scores bring.
+//! Error bars of entries whose light comes from few scores.
 //!
-//! Where few walks or packets bring most of the light, the mean and its spread rise and fall together: means that came
-//! out low have bars that are too short, and where no score has come at all there is no spread. By Edgeworth's expansion
-//! (Hall, P., 1992, "The Bootstrap and Edgeworth Expansion", section 2.6) a t interval of ±z standard errors loses about 2 φ(z) z (z⁴ + 2z² − 3)/18 · g² of its
-//! coverage, g the skewness of the mean; bars longer by a share of (z⁴ + 2z² − 3)/18 · g² give it back.
+//! Where few walks or packets bring most of the light, the mean and its spread rise and fall together. Means that are too low then have
+//! bars that are too short. Where no score has come at all, there is no spread.
+//!
+//! By Edgeworth's expansion (Hall, P., 1992, "The Bootstrap and Edgeworth Expansion", section 2.6), a t interval of ±z standard errors
+//! loses coverage. The loss is about 2 φ(z) z (z⁴ + 2z² − 3)/18 · g², where g is the skewness of the mean. Bars that are longer by a share
+//! of (z⁴ + 2z² − 3)/18 · g² restore it.
 
 use super::residuals::within_halves;
 use super::{HALF, REPLICAS};
 
-/// (z⁴ + 2z² − 3)/18 − 1.3 (z² − 3)/12 at z = 2.17, Student's quantile of 95.4% for 15 degrees of freedom: the second
-/// part is what the kurtosis of compound Poisson scores, some 1.3 times the square of their skewness, gives back.
+/// (z⁴ + 2z² − 3)/18 − 1.3 (z² − 3)/12 at z = 2.17, Student's quantile of 95.4% for 15 degrees of freedom. The second term is the
+/// correction for the kurtosis of compound Poisson scores, which is about 1.3 times the square of their skewness.
 const PER_SQUARED_SKEWNESS: f64 = 1.4;
-/// Beyond this skewness of the mean the expansion says nothing more.
+/// Largest skewness of the mean for which the expansion is used; beyond it the expansion is not valid.
 const MOST_SKEWNESS: f64 = 1.5;
-/// Scores that may be missing, added to the variance of those that came: an interval of ±2.13 errors about nothing then reaches as far as
-/// three scores, above which a Poisson mean lies once in twenty times that nothing comes.
+/// Number of possibly missing scores, added to the variance of those that came. An interval of ±2.13 standard errors about 0 then reaches
+/// three scores. A Poisson variable of mean three is 0 once in twenty times.
 const MISSING_SCORES: f64 = 2.0;
 
-/// What is known of an entry.
+/// Moments of one entry's replicas.
 pub(super) struct Spread {
-    /// Its indirect part in lx.
+    /// Indirect part of the entry in lx.
     scale_lx: f64,
-    /// Third central moment of a replica times the indirect part, in lx⁴, without bias.
+    /// Third central moment of a replica times the indirect part, in lx⁴, unbiased.
     third_lx4: f64,
-    /// Squared variance of a replica in lx⁴, without bias.
+    /// Squared variance of a replica in lx⁴, unbiased.
     fourth_lx4: f64,
-    /// Variance in lx² of the mean of the indirect part.
+    /// Variance of the mean of the indirect part, in lx².
     indirect_lx2: f64,
 }
 
 impl Spread {
-    /// Takes an entry's value and indirect part in lx from every replica. Products of even and odd replicas have no bias, since these
-    /// are independent.
+    /// Computes the moments from an entry's value and indirect part in lx in every replica. Products of even and odd replicas are unbiased,
+    /// since these replicas are independent.
     pub fn of(value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
         let halves = [0, 1].map(|parity| {
             let replicas = || (parity..REPLICAS).step_by(2);
@@ -50,30 +52,30 @@ impl Spread {
         }
     }
 
-    /// What one score adds to the mean, in lx: counts of one size have a variance of that times their mean. An entry of less than one
-    /// score is taken for one.
+    /// Returns the contribution of one score to the mean, in lx. Scores of one size have a variance of that size times their mean. An entry
+    /// of less than one score is taken as one score.
     fn score_lx(&self) -> f64 {
         let error_lx = self.indirect_lx2.sqrt();
         if self.scale_lx > error_lx { self.indirect_lx2 / self.scale_lx } else { error_lx }
     }
 }
 
-/// What a map knows of scores that are rare.
+/// Statistics of rare scores of a map.
 ///
-/// Sixteen replicas cannot tell one entry's skewness. But scores of one kind have a skewness in proportion to their relative
-/// spread, as counts have: g = c · s/E, E the indirect part, with one c for the map, which the third moments of all entries give. Nor can
-/// they tell how much a score brings where none has come: what it brings elsewhere in the map stands for it.
+/// Sixteen replicas cannot give the skewness of one entry. But scores of one kind have a skewness in proportion to their relative spread,
+/// as counts have: g = c · s/E, where E is the indirect part. The map has one c, computed from the third moments of all entries. The
+/// replicas also cannot give the size of a score where none has come. The size of scores elsewhere in the map is used there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RareScores {
-    /// Skewness of a mean over its relative standard error.
+    /// Skewness of a mean divided by its relative standard error.
     skewness: f64,
-    /// What one score adds to a mean in lx, where some have come and where none has.
+    /// Contribution of one score to a mean in lx: for entries with scores, and for entries without.
     score_lx: f64,
     unseen_score_lx: f64,
 }
 
 impl RareScores {
-    /// Those of a map with these entries.
+    /// Computes the skewness of a map with these entries.
     pub(super) fn of(spreads: &[Spread]) -> RareScores {
         let (mut thirds, mut fourths) = (0.0, 0.0);
         for spread in spreads.iter().filter(|spread| spread.scale_lx > 0.0) {
@@ -84,14 +86,15 @@ impl RareScores {
         RareScores { skewness, ..RareScores::default() }
     }
 
-    /// The same of a map whose scores are in lx and may be missing; `unseen` where an entry without any is not sure to be dark.
+    /// Returns the same statistics with the size of missing scores, for a map whose scores are in lx. `unseen`: an entry without scores is
+    /// not certain to be dark.
     pub(super) fn with_missing(self, spreads: &[Spread], unseen: bool) -> RareScores {
         let lit = || spreads.iter().filter(|spread| spread.indirect_lx2 > 0.0);
         let score_lx = lit().map(Spread::score_lx).sum::<f64>() / lit().count().max(1) as f64;
         RareScores { score_lx, unseen_score_lx: if unseen { score_lx } else { 0.0 }, ..self }
     }
 
-    /// The bar in lx of a mean, given the spread of its replicas as a standard error and its indirect part.
+    /// Returns the error bar in lx of a mean, from the standard error that its replicas' spread gives and from its indirect part.
     ///
     /// Source: docs/methods.md (9).
     pub(super) fn bar_lx(self, spread_lx: f64, indirect_lx: f64) -> f64 {
@@ -113,8 +116,8 @@ mod tests {
     /// Quantile of 95.4% of Student's t with 15 degrees of freedom.
     const T: f64 = 2.174;
 
-    /// Share of 40,000 entries (1,000 maps of 40; seed 1) whose bar holds the truth, plain and widened: scores come `mean_count`
-    /// times in a replica in the mean, exponential to a power.
+    /// Returns the share of 40,000 entries (1,000 maps of 40; seed 1) whose bar contains the true value, plain and widened. Scores come
+    /// `mean_count` times per replica on average. Their size is a power of an exponential variable.
     fn coverage(mean_count: f64, power: i32) -> [f64; 2] {
         let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
         let exponential = |stream: &mut Stream| -(1.0 - stream.unit()).ln();
@@ -168,9 +171,9 @@ mod tests {
         assert!((plain - 0.954).abs() < 0.006 && (widened - plain).abs() < 0.004, "{plain} {widened}");
     }
 
-    /// Share of dark entries (seed 2; 400 maps of 60, a third of them dark) whose bar holds their mean: scores of one size, 200 in a
-    /// replica in the mean at the others and `mean_count` over all replicas at the dark ones, by bars that know of missing scores and, the
-    /// planted fault, by those that do not.
+    /// Returns the share of dark entries whose bar contains their mean (seed 2; 400 maps of 60 entries, a third of them dark). All scores
+    /// have one size. The bright entries have 200 scores per replica on average, the dark ones `mean_count` over all replicas. The first
+    /// result uses bars with missing scores; the second, the planted fault, uses bars without.
     fn coverage_in_the_dark(mean_count: f64) -> [f64; 2] {
         let mut stream = Stream::new(2, Purpose::Pilot, 0, 0);
         let mut held = [0.0; 2];
@@ -204,7 +207,7 @@ mod tests {
         held.map(|count| count / 8000.0)
     }
 
-    /// At α = 10⁻⁴ a share of 0.93 or more comes out as 0.915 or more.
+    /// At α = 10⁻⁴ a true share of at least 0.93 gives a measured share of at least 0.915.
     #[test]
     fn bars_hold_where_scores_are_missing() {
         for mean_count in [0.5, 1.0, 2.0, 4.0] {
@@ -214,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Where every entry has many scores, what may be missing is next to nothing.
+    /// Where every entry has many scores, the effect of missing scores is negligible.
     #[test]
     fn a_missing_score_of_many_is_next_to_nothing() {
         let value = |replica: usize| 1000.0 + (replica % 4) as f64;

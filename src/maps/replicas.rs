@@ -1,4 +1,4 @@
-//! The sums of one map, replica by replica.
+//! The score sums of one map in each replica.
 
 use std::ops::Range;
 
@@ -10,51 +10,51 @@ use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
-/// Sums of scores in every replica, direct and indirect apart; entry `i` is the mean of site `i`, an element side or a point.
+/// Sums of scores in every replica, with direct and indirect light separate. Entry `i` is the mean of site `i`, an element side or a point.
 ///
-/// A map of elements may show slopes too, and has more entries than sites: then the entries behind those of the means are the coefficients of the first
-/// linear polynomial ([`super::basis`]) of every element, and behind these those of the second. The polynomials are
-/// orthonormal, so that weighted sums of squares over all entries are integrals over the elements.
+/// A map of elements may also have slopes, and then has more entries than sites. The entries after the means are the coefficients of the
+/// first linear polynomial ([`super::basis`]) of every element, followed by those of the second. The polynomials are orthonormal, so that
+/// weighted sums of squares over all entries are integrals over the elements.
 ///
-/// A replica's illuminance is `direct sum · direct_scale + indirect sum · indirect_scale[i]`: the scales turn sums
-/// over samples into means, and counted flux into flux over area.
+/// The illuminance of a replica is `direct sum · direct_scale + indirect sum · indirect_scale[i]`. The scales turn sums over samples into
+/// means, and counted flux into flux per area.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplicaMap {
-    /// One slab a replica: sums of direct scores in lx.
+    /// One slab per replica: sums of direct scores in lx.
     pub direct: Vec<Vec<f64>>,
-    /// One slab a replica: sums of indirect scores (lx, or counts of packets).
+    /// One slab per replica: sums of indirect scores (lx, or counts of packets).
     pub indirect: Vec<Vec<f64>>,
-    /// Direct samples of each entry so far, in every replica alike.
+    /// Direct samples of each entry so far, the same in every replica.
     pub direct_samples: Tally,
-    /// Chains or walks so far, in every replica alike.
+    /// Chains or walks so far, the same in every replica.
     pub indirect_samples: Tally,
-    /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets: docs/methods.md (4)).
+    /// Value of one unit of the indirect sum at entry `i` for a single sample: 1 for lx, Φ/A for packets (docs/methods.md (4)).
     pub indirect_unit_lx: Unit,
-    /// What walks say of light that cells told; `None` for other samples.
+    /// Residual walks, which measure the error of gathered light; `None` for other samples.
     pub residuals: Option<Residuals>,
-    /// What is left of the cells' error in the indirect sums; `None` for other samples.
+    /// Remaining error of the cells in the indirect sums; `None` for other samples.
     pub cells_error: Option<CellsError>,
-    /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
+    /// Single scores of direct and of indirect light, over all replicas. Counted packets are not included.
     pub scores: [PartScores; 2],
-    /// What these scores deviate from.
+    /// Levels from which these scores deviate.
     pub levels: [Levels; 2],
-    /// Whether an entry without light may be covered, and its 0 exact: so it is with elements, but not with points, of which covered
-    /// ones count for nothing.
+    /// Whether an entry without light may be hidden by contact, so that its 0 is exact. This is true for elements. It is false for points,
+    /// because points hidden by contact do not count.
     pub may_be_covered: bool,
     sites: usize,
 }
 
-/// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
+/// Number of samples of a map's entries. A sweep over all entries may be incomplete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Samples of every entry.
+    /// Samples that every entry has.
     pub complete: u64,
-    /// Entries before this one have one sample more.
+    /// Entries with a smaller number than this have one sample more.
     pub ahead: usize,
 }
 
 impl Tally {
-    /// Samples of one entry.
+    /// Returns the number of samples of one entry.
     #[inline]
     pub fn of(self, entry: usize) -> u64 {
         self.complete + u64::from(entry < self.ahead)
@@ -66,12 +66,12 @@ impl Tally {
     }
 }
 
-/// What one unit of an indirect sum is worth.
+/// Unit of an indirect sum.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Unit {
-    /// Sums are in lx already.
+    /// The sums are in lx.
     Lux,
-    /// Sums count packets that each carry `luminous_flux_lm` over all samples: the areas in m² turn them into lx.
+    /// The sums count packets. Each packet carries `luminous_flux_lm` divided by the number of samples; the areas in m² convert this to lx.
     Packets {
         /// Flux of all luminaires in lm.
         luminous_flux_lm: f64,
@@ -81,12 +81,12 @@ pub enum Unit {
 }
 
 impl ReplicaMap {
-    /// An empty map of `len` entries.
+    /// Returns an empty map of `len` entries.
     pub fn new(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
         ReplicaMap::with_entries(len, len, indirect_unit_lx)
     }
 
-    /// An empty map of `len` elements that show slopes.
+    /// Returns an empty map of `len` elements with slopes.
     pub fn linear(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
         ReplicaMap::with_entries(len, len * (1 + SLOPES), indirect_unit_lx)
     }
@@ -107,7 +107,7 @@ impl ReplicaMap {
         }
     }
 
-    /// Fixes the levels of direct light from which scores deviate, where entries have samples and none yet.
+    /// Sets the levels of direct light, from which scores deviate, for entries with samples and without a level.
     pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
         let count = self.entries();
         let (slabs, tally) = (&self.direct, self.direct_samples);
@@ -116,7 +116,7 @@ impl ReplicaMap {
         });
     }
 
-    /// The same of indirect light in lx.
+    /// Sets the levels of indirect light in lx in the same way.
     pub fn fix_indirect_levels(&mut self, entries: Range<usize>) {
         let count = self.entries();
         let (slabs, tally) = (&self.indirect, self.indirect_samples);
@@ -125,13 +125,13 @@ impl ReplicaMap {
         });
     }
 
-    /// Forgets what single scores of indirect light have said: they begin anew.
+    /// Clears the single scores of indirect light and their levels: they begin anew.
     pub fn forget_indirect_scores(&mut self) {
         self.scores[1] = PartScores::default();
         self.levels[1] = Levels::default();
     }
 
-    /// What single scores of direct and of indirect light say of the map's error.
+    /// Returns what single scores of direct and of indirect light show of the map's error.
     pub fn score_evidence(&self) -> [ScoreEvidence; 2] {
         let samples = |tally: Tally| tally.complete as f64 * REPLICAS as f64;
         let part =
@@ -140,7 +140,7 @@ impl ReplicaMap {
         let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
             return [direct, part(1, self.indirect_samples)];
         };
-        // Each packet that an element counts is a score of Φ/A, and none is larger: the tail has an end.
+        // Each packet counted in an element is a score of Φ/A, and no score is larger: the tail is bounded.
         let flux_per_packet_lm = luminous_flux_lm / samples(self.indirect_samples).max(1.0);
         let (mut variance, mut fourth) = (0.0, 0.0);
         for (entry, area_m2) in area_m2.iter().enumerate() {
@@ -151,29 +151,29 @@ impl ReplicaMap {
         [direct, ScoreEvidence { variance, fourth, ..ScoreEvidence::default() }]
     }
 
-    /// Elements or points of the map.
+    /// Returns the number of elements or points of the map.
     pub fn len(&self) -> usize {
         self.sites
     }
 
-    /// Entries of the map: as many, or three times as many where elements show slopes.
+    /// Returns the number of entries: one per site, or three where elements have slopes.
     pub fn entries(&self) -> usize {
         self.direct[0].len()
     }
 
-    /// Whether elements show slopes.
+    /// Whether elements have slopes.
     pub fn is_linear(&self) -> bool {
         self.entries() > self.sites
     }
 
-    /// The element that an entry belongs to.
+    /// Returns the element or point of an entry.
     #[inline]
     pub(super) fn site_of(&self, entry: usize) -> usize {
-        // Most entries are means: a division would take longer than the branch.
+        // Most entries are means: a division takes longer than the branch.
         if entry < self.sites { entry } else { entry % self.sites }
     }
 
-    /// What one unit of the direct and of the indirect sums is worth in an element or at a point, in lx.
+    /// Returns the values in lx of one unit of the direct and of the indirect sums, at an element or a point.
     pub fn scales(&self, site: usize) -> (f64, f64) {
         (self.direct_samples.inverse(site), self.indirect_scale(site))
     }
@@ -191,7 +191,7 @@ impl ReplicaMap {
         unit_lx * self.indirect_samples.inverse(site)
     }
 
-    /// Illuminance of one entry in one replica, in lx.
+    /// Returns the illuminance of one entry in one replica, in lx.
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
         let site = self.site_of(entry);
@@ -199,7 +199,7 @@ impl ReplicaMap {
             + self.indirect[replica][entry] * self.indirect_scale(site)
     }
 
-    /// What an element shows at a point of it in one replica, in lx.
+    /// Returns the illuminance that an element shows at a point inside it in one replica, in lx.
     pub fn shown_lx(&self, replica: usize, site: usize, at: [f64; 2]) -> f64 {
         let mean_lx = self.illuminance_lx(replica, site);
         if !self.is_linear() {
@@ -209,7 +209,7 @@ impl ReplicaMap {
         Linear([mean_lx, slope_lx(0), slope_lx(1)]).at(at)
     }
 
-    /// Direct and indirect light of an element, each as the coefficients in lx of what it shows.
+    /// Returns the direct and indirect light of an element, each as coefficients in lx of the function that it shows.
     pub fn parts_lx(&self, site: usize) -> [[f64; 1 + SLOPES]; 2] {
         let (direct_scale, indirect_scale) = self.scales(site);
         [(&self.direct, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
@@ -220,7 +220,7 @@ impl ReplicaMap {
         })
     }
 
-    /// Coefficients in lx of the two linear polynomials of an element, mean over the replicas; 0 where none are kept.
+    /// Returns the coefficients in lx of an element's two linear polynomials, averaged over the replicas; 0 for a map without slopes.
     pub fn slopes_lx(&self, site: usize) -> [f64; SLOPES] {
         std::array::from_fn(|k| {
             let entry = (1 + k) * self.sites + site;
@@ -232,17 +232,17 @@ impl ReplicaMap {
         })
     }
 
-    /// Direct illuminance of one entry, mean over the replicas, in lx.
+    /// Returns the direct illuminance of one entry, averaged over the replicas, in lx.
     pub fn direct_lx(&self, entry: usize) -> f64 {
         mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
     }
 
-    /// Indirect illuminance of one entry, mean over the replicas, in lx.
+    /// Returns the indirect illuminance of one entry, averaged over the replicas, in lx.
     pub fn indirect_lx(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
     }
 
-    /// Variance in lx² of the direct light of a replica, weighted mean over elements or points.
+    /// Returns the variance in lx² of a replica's direct light, as a weighted mean over elements or points.
     pub fn direct_variance(&self, weights: &[f64]) -> f64 {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
@@ -255,14 +255,14 @@ impl ReplicaMap {
         REPLICAS as f64 * sum / weight_sum.max(f64::MIN_POSITIVE)
     }
 
-    /// Squared standard error of the mean over the replicas of a quantity given replica by replica. What the replicas of a half share
-    /// through their cells is not in it: that is judged by itself.
+    /// Returns the squared standard error of the mean over the replicas of a quantity given per replica. It excludes the error that the
+    /// replicas of a half share through their cells, which is estimated separately.
     pub fn squared_error(&self, value: impl Fn(usize) -> f64) -> f64 {
         if self.cells_error.is_some() { within_halves(value) } else { squared_error(value) }
     }
 
-    /// Takes off what walks know of the cells' error, for entries that count with these weights; to be called once the sums are those of
-    /// cells alone.
+    /// Corrects the indirect sums by the cells' error that walks have measured, for entries with these weights. Call it when the sums hold
+    /// light from cells alone.
     pub fn take_residuals(&mut self, weights: &[f64]) {
         let Some(residuals) = &mut self.residuals else {
             return;
@@ -277,14 +277,14 @@ impl ReplicaMap {
         self.cells_error = Some(residuals.cells_error());
     }
 
-    /// Forgets what was gathered, and what walks said of it.
+    /// Clears the gathered light and the walks' measurement of it.
     pub fn forget_gathered(&mut self) {
         self.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.indirect_samples = Tally::default();
         (self.residuals, self.cells_error) = (None, None);
     }
 
-    /// Takes the indirect light of coarser elements, of which this map's are children.
+    /// Takes over the indirect light of coarser elements, whose children this map's elements are.
     pub fn take_indirect(&mut self, coarse: &ReplicaMap, sloped: &[bool], children: &[ChildElement]) {
         self.indirect_samples = coarse.indirect_samples;
         self.indirect = coarse.indirect.iter().map(|slab| on_children(slab, sloped, children)).collect();
@@ -294,13 +294,13 @@ impl ReplicaMap {
         });
     }
 
-    /// Indirect scores of one entry over all replicas (packets, where packets are counted).
+    /// Returns the indirect scores of one entry over all replicas (packets, where packets are counted).
     pub fn indirect_sum(&self, entry: usize) -> f64 {
         self.indirect.iter().map(|slab| slab[entry]).sum()
     }
 
-    /// Bound in lx of the mean over entries that packets could have met and none has: that of three packets, which stands
-    /// for its error, since 0 would claim that it is exact. 0 where one has.
+    /// Returns an upper bound in lx of the mean over entries that packets could reach but none has: the light of three packets. The bound
+    /// serves as their error, since 0 would mean exact. The result is 0 if a packet has reached one.
     pub fn unseen_bound_lx(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
         let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
             return 0.0;
@@ -313,7 +313,7 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
-    /// What it knows of scores that are rare: see [`RareScores`].
+    /// Returns the statistics of rare scores: see [`RareScores`].
     pub fn rare_scores(&self) -> RareScores {
         let spreads = (0..self.sites).map(|entry| {
             let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
@@ -329,7 +329,7 @@ impl ReplicaMap {
         }
     }
 
-    /// Lengthens the error bars of entries whose light a few scores bring.
+    /// Lengthens the error bars of entries whose light comes from few scores.
     fn widen_bars(&self, values: &mut MapValues) {
         let rare = self.rare_scores();
         for (error_lx, indirect_lx) in values.standard_error_lx.iter_mut().zip(&values.indirect_lx) {
@@ -337,10 +337,10 @@ impl ReplicaMap {
         }
     }
 
-    /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.
+    /// Returns the means over the replicas, and the standard errors that their spread gives with 15 degrees of freedom.
     ///
-    /// An entry that chains could have reached but none has gets the bound of three packets as its error, a point that no walk has brought
-    /// light that of its map's scores, since 0 would claim that it is exact.
+    /// An error of 0 would mean exact. So an entry that chains could reach but none has gets the bound of three packets as its error. A
+    /// point to which no walk has brought light gets the error from the map's scores elsewhere.
     pub fn values(&self) -> MapValues {
         let mut values = MapValues::with_capacity(self.len());
         for entry in 0..self.len() {
@@ -369,7 +369,7 @@ impl ReplicaMap {
     }
 }
 
-/// Means over the even and over the odd replicas.
+/// Returns the means over the even and over the odd replicas.
 pub(super) fn half_means(value: impl Fn(usize) -> f64) -> [f64; 2] {
     [0, 1].map(|parity| (parity..REPLICAS).step_by(2).map(&value).sum::<f64>() / HALF as f64)
 }
@@ -378,7 +378,7 @@ fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.sum::<f64>() / REPLICAS as f64
 }
 
-/// Standard error of the mean over the replicas of a quantity given replica by replica.
+/// Returns the standard error of the mean over the replicas of a quantity given per replica.
 pub fn standard_error(value: impl Fn(usize) -> f64) -> f64 {
     squared_error(value).sqrt()
 }

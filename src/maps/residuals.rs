@@ -1,88 +1,92 @@
-//! What walks say of gathered maps: how far the cells are off, taken off at three scales, and what is left of it.
+//! Residual walks of gathered maps. They measure the error of the cells, correct it at three scales, and give the remaining error.
 //!
-//! The replicas of a half share cells, and have walks of their own. What walks of two replicas of a half say of an entry has errors
-//! that know nothing of each other, so that the mean of their product is the squared error of the half's cells; of replicas of
-//! different halves it is the part of it that both halves share: a bias. The rest is chance of the cells, which the difference of the
-//! halves shows. Means over the map, over regions of neighbours and over single entries are told apart: a mean over many entries is
-//! known well, a single entry's poorly. Each scale is taken off by the share λ = b²/(b² + σ²) that leaves the least, b² its squared
-//! error and σ² the variance of a half's walks there. The shares for one half come from the other, so that nothing weighs itself.
+//! The replicas of a half share cells, but have walks of their own. Walks of two replicas of one half give an entry's error with
+//! independent random errors. The mean of their product is thus the squared error of the half's cells. For replicas of different halves,
+//! this mean is the part of it that both halves share: a bias. The rest is random error of the cells, which the difference of the halves
+//! shows.
+//!
+//! Means over the map, over regions of neighbours and over single entries are estimated separately. A mean over many entries has a small
+//! uncertainty, a single entry a large one. Each scale is corrected by the share λ = b²/(b² + σ²), which leaves the least error. Here b² is
+//! the squared error of the scale, and σ² the variance of a half's walks there. The shares for one half come from the other half, so that
+//! no estimate weights itself.
 
 use serde::{Deserialize, Serialize};
 
 use super::{HALF, REPLICAS};
 
-/// Standard errors of the squared bias that are added to it where it is stated.
+/// Standard errors of the squared bias that are added to it in the stated error.
 pub(super) const SURE: f64 = 0.5;
 
-/// Standard errors at which a plan believes half of a squared error.
+/// Number of standard errors at which a plan takes half of a squared error as real.
 const TO_BELIEVE: f64 = 2.0;
 
-/// Least share of the mean squared error of cells that an entry is taken to have.
+/// Smallest squared error of an entry's cells that is assumed, as a share of the mean squared error.
 const LEAST_UNSURE: f64 = 0.1;
 
 /// Residual walks of a map.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Residuals {
-    /// Walks of every entry that has walks, in every replica.
+    /// Number of walks of each entry with walks, in every replica.
     pub walks: u64,
-    /// Which entries have walks.
+    /// For every element or point: whether it has walks.
     pub walkers: Vec<bool>,
-    /// One slab a replica: sums over the walks of an entry in lx; behind those of the elements or points, where elements show
-    /// slopes, those times the linear polynomials.
+    /// One slab per replica: sums over the walks of an entry in lx. Where elements have slopes, the sums times the linear polynomials
+    /// follow those of the elements.
     pub sums_lx: Vec<Vec<f64>>,
     /// Region of every element or point.
     regions: Vec<u32>,
     region_count: usize,
-    /// Whether any entry of a region has walks.
+    /// For every region: whether any entry in it has walks.
     region_walks: Vec<bool>,
-    /// Of every replica, once settled: mean over the map and over every region, in lx where the profile is 1.
+    /// For every replica, after [`Residuals::settle`]: mean over the map and over every region, in lx for a profile of 1.
     means: Vec<f64>,
     region_means: Vec<Vec<f64>>,
-    /// Error by which the cells are unsure that each entry looks up, over its root mean square in the map.
+    /// Uncertainty of the cells that each entry looks up, divided by its root mean square over the map.
     profile: Vec<f64>,
-    /// Shares of regions and of entries that the even and the odd half take off.
+    /// Shares of the measured error that are corrected. First index: half (even, odd). Second index: scale (regions, entries).
     shares: [[f64; 2]; 2],
     state: ResidualState,
 }
 
-/// What walks say of a map's cells; all in lx², of regions and of entries, mean over the map.
+/// What walks measure of the error of a map's cells. All values are in lx², averaged over the map; pairs hold the scales of regions and of
+/// entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResidualState {
-    /// Squared bias that both halves share; may be below 0 by chance.
+    /// Squared bias that both halves share. It can be negative by chance.
     pub common: [f64; 2],
-    /// Squared error by chance of the cells, of the mean of both halves; likewise.
+    /// Squared random error of the cells, for the mean of both halves. It can be negative by chance.
     pub chance: [f64; 2],
-    /// Standard error of both together.
+    /// Standard error of the sum of `common` and `chance`.
     pub standard_error: [f64; 2],
-    /// Variance of what one replica's walks say.
+    /// Variance of the walks' result in one replica.
     pub variance: [f64; 2],
-    /// Variance of a replica's correction, mean over the entries.
+    /// Variance of a replica's correction, averaged over the entries.
     pub correction_variance: f64,
-    /// Share of the entries, by weight, without walks.
+    /// Share of the entries without walks, by weight.
     pub silent_share: f64,
 }
 
-/// What is left of the cells' error in a map once walks have taken off what they know of it.
+/// Error of a map's cells that remains after the correction by walks.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CellsError {
-    /// Over the map.
+    /// Remaining error of the map.
     pub remaining: RemainingError,
-    /// What walks have measured of it, and took off.
+    /// Error that walks have measured, with the shares of it that were corrected.
     pub measured: Measured,
-    /// At every element or point, in lx, of which the error bars of entries tell.
+    /// Remaining error at every element or point, in lx, for the error bars of entries.
     pub by_site_lx: Vec<f64>,
 }
 
-/// What is left of the cells' squared error, in lx².
+/// Remaining squared error of the cells, in lx².
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct RemainingError {
-    /// Of what both halves share, and of what is not known: to be stated.
+    /// Part that both halves share, with its uncertainty. It is stated as bias.
     pub common: f64,
-    /// By chance, which the halves' difference shows.
+    /// Random part, which the difference of the halves shows.
     pub chance: f64,
 }
 
-/// What walks say of a map's cells, and the shares of regions and of entries that the even and the odd half take off.
+/// What walks measure of a map's cells, and the shares of this error that are corrected in the even and the odd half.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     state: ResidualState,
@@ -90,30 +94,31 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
-    /// the cells, in lx². So many standard errors are added to what is measured.
+    /// Returns the remaining error of the cells over both scales, in lx²: the squared bias that both halves share and the squared random
+    /// error. `sure` standard errors are added to the measured values.
     fn remaining(&self, sure: f64) -> RemainingError {
         let [one, other] = self.shares.map(|shares| self.state.remaining_by(shares, 1.0, sure));
         RemainingError { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
     }
 }
 
-/// A map, or a part of its points, that has cells and walks of its own: one of several whose mean is asked for.
+/// A map, or a part of its points, with cells and walks of its own. It is one of several whose mean is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredPart {
     /// Weight of the map in the mean.
     pub weight: f64,
-    /// Share of the map's weight that its points have; 1 where they are all.
+    /// Share of these points in the map's weight; 1 for all points.
     pub area_share: f64,
-    /// What its walks say, where it gathers.
+    /// What its walks have measured, if it gathers.
     pub measured: Option<Measured>,
 }
 
 impl CellsError {
-    /// Of a map whose walks say this, and whose cells are unsure at each entry by this part of their root mean square.
+    /// Computes the remaining error of a map from what its walks have measured. `profile` is the relative uncertainty of the cells at each
+    /// entry: see [`CellsError::profile`].
     ///
-    /// The map's error is stated with what is not known of it; bars of single entries are to hold as often as they say, and have it as
-    /// it is expected.
+    /// The map's stated error includes the uncertainty of the measurement. Bars of single entries must contain the true value as often as
+    /// they state, so they use the expected error.
     pub fn of(measured: Measured, profile: &[f64]) -> CellsError {
         CellsError::remaining_at([SURE, 0.0].map(|sure| measured.remaining(sure)), profile, measured)
     }
@@ -123,7 +128,7 @@ impl CellsError {
         CellsError { remaining, measured, by_site_lx: profile.iter().map(|unsure| remaining_lx * unsure).collect() }
     }
 
-    /// How unsure the cells are at each entry, over their root mean square.
+    /// Returns the uncertainty of the cells at each entry, divided by its root mean square.
     pub fn profile(&self) -> Vec<f64> {
         let expected = self.measured.remaining(0.0);
         let remaining_lx = (expected.common + expected.chance).sqrt();
@@ -131,11 +136,11 @@ impl CellsError {
         self.by_site_lx.iter().map(unsure).collect()
     }
 
-    /// Of the mean of several maps, each with cells and walks of its own, or of several parts of its points.
+    /// Computes the remaining error of the mean of several maps, or of several parts of its points. Each has cells and walks of its own.
     ///
-    /// What walks say is pooled, so that it is known better than from one map. What both halves of a map share is taken to be the same
-    /// in all of them, and does not fall; chance does. Parts of the points of one map stand beside each other: there neither
-    /// falls (docs/methods.md (47)).
+    /// The walks' measurements are pooled, which makes them more certain than those of one map. The bias that both halves of a map share is
+    /// taken to be the same in all maps and does not fall. The random error falls. Parts of one map's points stand beside each other: there
+    /// neither falls (docs/methods.md (47)).
     pub fn of_mean(maps: &[MeasuredPart], profile: &[f64]) -> CellsError {
         let gathered = || maps.iter().filter_map(|part| Some((part.weight * part.area_share, part, part.measured?)));
         let all_weights = maps.iter().map(|part| part.weight * part.area_share).sum::<f64>().max(f64::MIN_POSITIVE);
@@ -157,7 +162,7 @@ impl CellsError {
         let remaining = [SURE, 0.0].map(|sure| {
             let mut remaining = RemainingError::default();
             for (_, part, measured) in gathered() {
-                // Each took off its own shares, and had its own entries without walks.
+                // Each map was corrected by its own shares, and had its own entries without walks.
                 let state = ResidualState { silent_share: measured.state.silent_share, ..pooled };
                 let share = part.weight / all_weights;
                 let of_map = Measured { state, ..measured }.remaining(sure);
@@ -171,22 +176,23 @@ impl CellsError {
 }
 
 impl ResidualState {
-    /// Squared error of a scale: what both halves share, and what is chance of the cells. Either may come out negative by chance where
-    /// their sum does not.
+    /// Returns the squared error of a scale: the part that both halves share, and the random part of the cells. Either can be negative by
+    /// chance where their sum is not.
     fn squared(&self, scale: usize) -> [f64; 2] {
         let both = (self.common[scale] + self.chance[scale]).max(0.0);
         let chance = self.chance[scale].clamp(0.0, both);
         [both - chance, chance]
     }
 
-    /// Share of a scale that is taken off, where walks are so many times as many.
+    /// Returns the share of a scale that is corrected if there are `walks` times as many walks.
     fn share(&self, scale: usize, walks: f64) -> f64 {
         let squared = self.squared(scale).iter().sum::<f64>();
         let all = squared + self.variance[scale] / (walks * REPLICAS as f64);
         if all > 0.0 { squared / all } else { 0.0 }
     }
 
-    /// The same where cells have so many times the samples: their chance falls.
+    /// Returns the state for cells with `times` as many samples: their squared random error falls as 1/`times`, their squared bias as
+    /// 1/√`times`.
     fn with_samples(self, times: f64) -> ResidualState {
         let squared = [0, 1].map(|scale| self.squared(scale));
         ResidualState {
@@ -196,8 +202,8 @@ impl ResidualState {
         }
     }
 
-    /// What is to be believed of it in a plan: of each squared error the less, the less it stands out from its chance. Few walks say of
-    /// right cells that they may be far off; more of them will tell.
+    /// Returns the part of each squared error that a plan takes as real. It is smaller where the value is less significant against its
+    /// standard error. With few walks, correct cells can seem to have a large error; more walks will show this.
     pub fn believed(self) -> ResidualState {
         let share = |scale: usize| {
             let squared = self.squared(scale).iter().sum::<f64>();
@@ -209,14 +215,14 @@ impl ResidualState {
         ResidualState { common: scaled(self.common), chance: scaled(self.chance), ..self }
     }
 
-    /// What is left where walks and samples are so many times as many.
+    /// Returns the remaining error for `walks` times as many walks and `samples` times as many samples.
     pub fn remaining_lx2(&self, walks: f64, samples: f64) -> RemainingError {
         let state = self.with_samples(samples);
         state.remaining_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
     }
 
-    /// What is left after such shares are taken off, where walks are so many times as many; so many standard errors are added to what is
-    /// measured.
+    /// Returns the remaining error after correction by these shares, for `walks` times as many walks. `sure` standard errors are added to
+    /// the measured values.
     fn remaining_by(&self, shares: [f64; 2], walks: f64, sure: f64) -> RemainingError {
         let kept = |scale: usize| {
             let silent = if scale == 0 { 0.0 } else { self.silent_share };
@@ -229,7 +235,7 @@ impl ResidualState {
         }
     }
 
-    /// The same if all entries had walks, each as many.
+    /// Returns the state that would result if all entries had walks, the same number each.
     pub fn over_all(self) -> ResidualState {
         let had = 1.0 - self.silent_share;
         ResidualState {
@@ -242,7 +248,7 @@ impl ResidualState {
 }
 
 impl Residuals {
-    /// No walks yet, for elements or points in such regions and so many entries.
+    /// Returns residuals without walks, for elements or points in these regions and `entries` entries.
     pub fn new(regions: Vec<u32>, entries: usize) -> Residuals {
         let region_count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Residuals {
@@ -260,27 +266,27 @@ impl Residuals {
         }
     }
 
-    /// Region of every entry.
+    /// Returns the region of every element or point.
     pub fn regions(&self) -> &[u32] {
         &self.regions
     }
 
-    /// Number of regions.
+    /// Returns the number of regions.
     pub fn region_count(&self) -> usize {
         self.region_count
     }
 
-    /// What walks say of the map's bias.
+    /// Returns what walks have measured of the cells' error.
     pub fn state(&self) -> ResidualState {
         self.state
     }
 
-    /// Element or point of an entry.
+    /// Returns the element or point of an entry.
     fn site_of(&self, entry: usize) -> usize {
         entry % self.regions.len()
     }
 
-    /// What is added to an entry of a replica, in lx.
+    /// Returns the correction that is added to an entry of a replica, in lx.
     #[inline]
     pub fn correction_lx(&self, replica: usize, entry: usize) -> f64 {
         if self.walks == 0 {
@@ -290,7 +296,7 @@ impl Residuals {
         let site = self.site_of(entry);
         let own_lx = self.sums_lx[replica][entry] / self.walks as f64;
         if entry > site {
-            // Neighbours have no slopes in common.
+            // Neighbours have no common slopes.
             return if self.walkers[site] { of_entry * own_lx } else { 0.0 };
         }
         let (mean, region, unsure) = (self.means[replica], self.regions[site] as usize, self.profile[site]);
@@ -305,22 +311,22 @@ impl Residuals {
         corrected_lx + of_entry * (own_lx - unsure * region_mean)
     }
 
-    /// How unsure the cells are that an element or point looks up, over their root mean square in the map.
+    /// Returns the uncertainty of the cells that an element or point looks up, divided by its root mean square over the map.
     pub fn unsure(&self, site: usize) -> f64 {
         self.profile[site]
     }
 
-    /// Whether walks have started from it.
+    /// Whether walks have started from an element or point.
     pub fn has_walked(&self, site: usize) -> bool {
         self.walks > 0 && self.walkers[site]
     }
 
-    /// What its walks still find wrong in a replica once corrections are taken, in lx.
+    /// Returns the error in lx that the walks of an element or point still find in a replica after correction.
     pub fn remaining_lx(&self, replica: usize, site: usize) -> f64 {
         self.sums_lx[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
     }
 
-    /// Makes ready what is taken off, for entries that count with these weights.
+    /// Computes the corrections, for entries with these weights.
     pub fn settle(&mut self, weights: &[f64]) {
         if self.walks == 0 {
             return;
@@ -331,8 +337,8 @@ impl Residuals {
         let walked = weights.iter().enumerate();
         let weights: Vec<f64> = walked.map(|(entry, weight)| if walks_at(entry) { *weight } else { 0.0 }).collect();
         let weight_sum: f64 = weights[..sites].iter().sum();
-        // What entries of a region, or of the map, have in common is told in units of how unsure their cells are; a mean counts so that
-        // the mean over the entries is that of the walks.
+        // The common error of a region, or of the map, is in units of the cells' uncertainty. A mean is weighted so that its mean over the
+        // entries equals that of the walks.
         let (mut of_regions, mut squares_of_regions) = (vec![0.0; self.region_count], vec![0.0; self.region_count]);
         for ((region, weight), unsure) in self.regions.iter().zip(&weights).zip(&self.profile) {
             of_regions[*region as usize] += weight * unsure;
@@ -370,7 +376,8 @@ impl Residuals {
         };
     }
 
-    /// Shares the cells' error out among the entries by how unsure the cells are that each looks up: its size is what walks measure.
+    /// Distributes the cells' error among the entries in proportion to the uncertainty of the cells that each looks up. The walks measure
+    /// its size.
     pub fn share_out(&mut self, unsure_lx2: &[f64], weights: &[f64]) {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (unsure, weight) in unsure_lx2.iter().zip(weights) {
@@ -383,14 +390,14 @@ impl Residuals {
         }
     }
 
-    /// What is left of the cells' error once corrections are taken.
+    /// Returns the remaining error of the cells after correction.
     pub fn cells_error(&self) -> CellsError {
         let measured = Measured { state: self.state, shares: self.shares };
         CellsError::of(if self.walks == 0 { Measured::default() } else { measured }, &self.profile)
     }
 }
 
-/// Sums of squared deviations of the even and of the odd replicas, each from the mean of its half.
+/// Returns the sums of squared deviations of the even and of the odd replicas, each from the mean of its half.
 pub fn half_squares(value: impl Fn(usize) -> f64) -> [f64; 2] {
     [0, 1].map(|parity| {
         let half = || (parity..REPLICAS).step_by(2);
@@ -399,27 +406,28 @@ pub fn half_squares(value: impl Fn(usize) -> f64) -> [f64; 2] {
     })
 }
 
-/// Squared standard error of the mean over all replicas by their spread within the halves, whose cells they share.
+/// Returns the squared standard error of the mean over all replicas, from their spread within the halves. The replicas of a half share
+/// cells.
 pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
     let [even, odd] = half_squares(value);
     (even + odd) / (4 * HALF * (HALF - 1)) as f64
 }
 
-/// What replicas say of one scale, in lx².
+/// Error of one scale from the replicas' walks, in lx².
 struct ScaleErrors {
-    /// Mean product of two replicas of the even half, and of the odd half.
+    /// Mean product of two replicas of the even half, and of two replicas of the odd half.
     of_halves: [f64; 2],
-    /// Of one of each.
+    /// Mean product of one replica of each half.
     across: f64,
-    /// Standard error of the mean of what halves say and of what they share.
+    /// Standard error of the mean of `within` and `across`.
     standard_error: f64,
     /// Variance of a replica.
     variance: f64,
 }
 
 impl ScaleErrors {
-    /// Weighted means over so many places of the product of two replicas' values, and of their variance. Weights beyond these are of
-    /// slopes, whose squares add.
+    /// Computes weighted means over `places` elements or points: of the product of two replicas' values, and of their variance. Later
+    /// weights belong to slopes, whose squares are added.
     fn of(weights: &[f64], places: usize, value: impl Fn(usize, usize) -> f64) -> ScaleErrors {
         let n = HALF as f64;
         let mut scale = ScaleErrors { of_halves: [0.0; 2], across: 0.0, standard_error: 0.0, variance: 0.0 };
@@ -444,7 +452,7 @@ impl ScaleErrors {
             });
             let variances = halves.map(|half| half.2);
             let of_across = variances[0] * variances[1] / (n * n) + across.max(0.0) * (variances[0] + variances[1]) / n;
-            // Of ½ (½ (even + odd) + across).
+            // Variance of ½ (½ (even + odd) + across).
             noise += weight * weight * 0.25 * (0.25 * (of_within[0] + of_within[1]) + of_across);
             scale.variance += weight * 0.5 * (variances[0] + variances[1]);
             for (sum, half) in scale.of_halves.iter_mut().zip(halves) {
@@ -460,12 +468,12 @@ impl ScaleErrors {
         }
     }
 
-    /// Squared error of a half's cells.
+    /// Returns the squared error of a half's cells.
     fn within(&self) -> f64 {
         0.5 * (self.of_halves[0] + self.of_halves[1])
     }
 
-    /// The share that is best taken off, by what a half says.
+    /// Returns the best share for the correction, from the walks of one half.
     fn share_by(&self, half: usize) -> f64 {
         let squared = self.of_halves[half].max(0.0);
         let all = squared + self.variance / HALF as f64;
@@ -478,7 +486,8 @@ mod tests {
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
 
-    /// Entries in regions of 16, whose walks scatter by `sigma` about a bias of 3 lx that alternates from entry to entry.
+    /// Builds entries in regions of 16. Their walks scatter by `sigma` about a bias of `bias_lx`, whose sign alternates from entry to
+    /// entry.
     fn walked(seed: u64, bias_lx: f64, sigma: f64) -> Residuals {
         const SITES: usize = 512;
         let mut residuals = Residuals::new((0..SITES as u32).map(|site| site / 16).collect(), SITES);
@@ -498,11 +507,11 @@ mod tests {
 
     #[test]
     fn the_squared_bias_is_the_one_put_in() {
-        // 40 seeds: within 4 standard errors of the mean; a bias 5% larger (the planted fault) is told from it.
+        // 40 seeds: the result is within 4 standard errors of the mean. A bias 5% larger (the planted fault) is distinguished from it.
         let runs: Vec<ResidualState> = (0..40).map(|seed| walked(seed, 3.0, 10.0).state()).collect();
         let mean = runs.iter().map(|state| state.common[1]).sum::<f64>() / 40.0;
         let error = runs.iter().map(|state| state.standard_error[1]).sum::<f64>() / 40.0 / 40f64.sqrt();
-        // Differences from the mean of a region of 16 have 15/16 of the variance, and no less of the alternating bias.
+        // Differences from the mean of a region of 16 have 15/16 of the variance. The alternating bias does not fall.
         assert!((mean - 9.0).abs() < 4.0 * error, "{mean} ± {error}");
         assert!((mean - 9.0 * 1.05f64.powi(2)).abs() > 4.0 * error, "the planted fault passed: {mean} ± {error}");
     }
@@ -518,8 +527,9 @@ mod tests {
         assert!(left(&known) < 1.0 && left(&walked(3, 3.0, 100.0)) > 4.0);
     }
 
-    /// 40 maps (seeds 0 to 39) whose walks know little of a bias of 3 lx: together they know it, within 4 of their standard errors, and
-    /// tell it from one of 4 lx (the planted fault). Chance falls with their number, the bias does not; one map alone is what it was.
+    /// 40 maps (seeds 0 to 39) whose walks each give little information about a bias of 3 lx. Together they measure it within 4 of their
+    /// standard errors, and distinguish it from 4 lx (the planted fault). Random error falls with their number, the bias does not. One map
+    /// alone is unchanged.
     #[test]
     fn many_maps_know_what_one_does_not_and_their_bias_does_not_fall() {
         let of =
@@ -540,7 +550,7 @@ mod tests {
             (4.0 * without.remaining.common / alone.remaining.common - 1.0).abs() < 1e-12,
             "a share that does not gather"
         );
-        // Two halves of the points with the same error have it together, and know it better by the root of two.
+        // Two halves of the points with the same error have this error together. Its uncertainty is smaller by the square root of two.
         let halves = CellsError::of_mean(&[of(2.0, 0.5, measured[7].measured); 2], &profile);
         let by_chance = |map: &&MeasuredPart| CellsError::of_mean(&[**map], &profile).remaining.chance > 0.0;
         let map = measured.iter().find(by_chance).expect("some cells are off by chance");

@@ -1,9 +1,9 @@
-//! A finished map: values, standard errors, tables and the error it states.
+//! A finished map: values, standard errors, tables and the stated error.
 
 use super::basis::Linear;
 use crate::scene::{ReceiverPoint, Scene};
 
-/// A number and the standard error of it; an error of 0 means exact.
+/// A number with its standard error. An error of 0 means exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The number.
@@ -13,28 +13,29 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Whether it is told from 0: not where it lies under its own error.
+    /// Whether the value is distinct from 0: it is not where it is smaller than its own error.
     pub fn is_known(&self) -> bool {
         self.value >= self.standard_error
     }
 
-    /// What the truth is below in 95% of the cases or more: two standard errors above the estimate, or above 0.
+    /// Returns an upper bound of the true value with at least 95% probability: two standard errors above the estimate, or above 0 for a
+    /// negative estimate.
     pub fn upper_bound(&self) -> f64 {
         self.value.max(0.0) + 2.0 * self.standard_error
     }
 }
 
-/// What a map is about.
+/// Subject of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum MapKind {
     /// Area means of the elements, in the order of [`crate::scene::Elements`].
     Elements,
-    /// The points of a receiver set: its place in [`crate::scene::Scene::receivers`].
+    /// Points of a receiver set, given by its index in [`crate::scene::Scene::receivers`].
     Receivers(usize),
 }
 
 impl MapKind {
-    /// Number among the maps of a scene, for random streams: 0 for the elements, `i + 1` for receiver set `i`.
+    /// Returns the number among the maps of a scene, for random streams: 0 for the elements, `i + 1` for receiver set `i`.
     pub fn number(self) -> u32 {
         match self {
             MapKind::Elements => 0,
@@ -42,7 +43,7 @@ impl MapKind {
         }
     }
 
-    /// `elements`, or the name of the receiver set.
+    /// Returns `elements`, or the name of the receiver set.
     pub fn name(self, scene: &Scene) -> &str {
         match self {
             MapKind::Elements => "elements",
@@ -51,36 +52,35 @@ impl MapKind {
     }
 }
 
-/// Illuminances of one map, arrays by structure: entry `i` is element side or point `i`. For a set that asks for
-/// luminance all four are cd/m² instead, and *direct* is what the eye sees of luminaires and of light reflected once.
+/// Illuminances of one map as a structure of arrays: entry `i` is element side or point `i`. For a luminance set all four are in cd/m²
+/// instead. *Direct* is then what the eye sees of luminaires and of light reflected once.
 #[derive(Clone, Debug, Default)]
 pub struct MapValues {
     /// Illuminance in lx.
     pub illuminance_lx: Vec<f64>,
-    /// Its standard error in lx.
+    /// Standard error of the illuminance in lx.
     pub standard_error_lx: Vec<f64>,
-    /// The same illuminance in lx by the even and by the odd half alone, which know nothing of each other; empty where a method has no
-    /// halves.
+    /// Illuminance in lx from the even and from the odd half alone. The halves are independent. Empty for a method without halves.
     pub halves_lx: Vec<[f64; 2]>,
-    /// Part that has met nothing on its way, in lx.
+    /// Direct part in lx: light that has met nothing on its way.
     pub direct_lx: Vec<f64>,
-    /// The rest, in lx.
+    /// Indirect part in lx: the rest.
     pub indirect_lx: Vec<f64>,
-    /// Standard error of the direct part in lx; empty where a method does not tell it.
+    /// Standard error of the direct part in lx; empty for a method that does not give it.
     pub direct_standard_error_lx: Vec<f64>,
-    /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Else empty.
+    /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Empty otherwise.
     pub slopes_lx: Vec<[f64; 2]>,
-    /// Adaptive elements: estimated root mean square in lx of what the element cannot show. Else empty.
+    /// Adaptive elements: estimated root mean square in lx of the variation that the element cannot show. Empty otherwise.
     pub discretisation_lx: Vec<f64>,
-    /// Of planes where all light is the sky's what comes straight from the sky, by way of something outside, and by way of something inside, in lx;
-    /// together the illuminance. Else empty.
+    /// For planes with light from the sky only: light directly from the sky, by way of something outside, and by way of something inside,
+    /// in lx. Their sum is the illuminance. Empty otherwise.
     pub sky_components_lx: Vec<[Estimate; 3]>,
-    /// Whether something that stands on it covers all of an element that adapts; none where they do not.
+    /// Adaptive elements: whether the element is completely hidden by contact with something on it. Empty otherwise.
     pub covered: Vec<bool>,
 }
 
 impl MapValues {
-    /// No entry yet, and room for so many of what every map tells.
+    /// Returns values without entries, with capacity for `entries` entries in the arrays that every map has.
     pub fn with_capacity(entries: usize) -> MapValues {
         let room = || Vec::with_capacity(entries);
         MapValues {
@@ -94,12 +94,13 @@ impl MapValues {
         }
     }
 
-    /// What an element shows at its three corners in lx: its mean, or what its slopes make of it, 0 at least.
+    /// Returns the illuminance in lx that an element shows at its three corners, at least 0. It is the mean, plus the slopes where there
+    /// are any.
     pub fn at_corners_lx(&self, site: usize) -> [f64; 3] {
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.at_lx(site, corner).max(0.0))
     }
 
-    /// What an element shows at a point of it in lx, by the weights of its second and third corner.
+    /// Returns the illuminance in lx that an element shows at a point, given by the weights of its second and third corner.
     pub fn at_lx(&self, site: usize, at: [f64; 2]) -> f64 {
         let [first_lx, second_lx] = self.slopes_lx.get(site).copied().unwrap_or_default();
         Linear([self.illuminance_lx[site], first_lx, second_lx]).at(at)
@@ -113,30 +114,30 @@ pub struct MapResult {
     pub name: String,
     /// Elements or a receiver set.
     pub kind: MapKind,
-    /// Name of the estimator that gave it.
+    /// Name of the estimator that computed it.
     pub method: String,
-    /// Why that one, in words.
+    /// Reason for this estimator, in words.
     pub method_reason: String,
-    /// Chains spent on it.
+    /// Number of chains spent on it.
     pub chains: u64,
     /// Illuminances.
     pub values: MapValues,
-    /// The error it states.
+    /// The error that the map states.
     pub error: MapError,
-    /// Whether the target binds it.
+    /// Whether the target applies to it.
     pub bound: bool,
     /// Whether the stop rule accepted it; `None` without a target.
     pub target_met: Option<bool>,
-    /// Looks at which the stop rule accepted it and a statistical check refused.
+    /// Number of looks (error checks) at which the stop rule accepted the map and a statistical check refused it.
     pub refusals: u64,
-    /// Statistical checks of its samples; empty where there are none to check.
+    /// Statistical checks of its samples; empty if there are none to check.
     pub checks: Vec<StatisticalCheck>,
-    /// One row a surface side, or one row for the set.
+    /// One row per surface side, or one row for the set.
     pub tables: Vec<TableRow>,
 }
 
 impl MapResult {
-    /// The values of those points of the map's set that count, with their weights.
+    /// Returns the values of the points of the map's set that count, with their weights.
     pub fn counted<'a>(&'a self, points: &'a [ReceiverPoint]) -> impl Iterator<Item = (Estimate, f64)> + 'a {
         let counted = points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
         counted.map(|(index, point)| {
@@ -149,40 +150,40 @@ impl MapResult {
     }
 }
 
-/// A statistical check of a map: whether its error can be believed.
+/// A statistical check of a map: whether its error is credible.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatisticalCheck {
     /// `mean`, `error`, `figure of merit`, `tail` or `scores`.
     pub name: &'static str,
-    /// Whether nothing was found.
+    /// Whether the check found no fault.
     pub passed: bool,
-    /// What was measured; `None` where the run is too short to tell, or chance has no part.
+    /// Measured value; `None` if the run is too short, or if the map has no random error.
     pub value: Option<f64>,
-    /// What it must not exceed (`scores`: not fall below).
+    /// Limit that the value must not exceed (`scores`: must not fall below).
     pub limit: f64,
-    /// What it means where it fails.
+    /// Meaning of a failed check.
     pub says: String,
 }
 
 /// The stated error of a map and its parts, as fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapError {
-    /// Random part: from the even and the odd half.
+    /// Random part, from the even and the odd half.
     pub random: f64,
-    /// Estimated bias (look-up, mesh); 0 for an unbiased method.
+    /// Estimated bias (cache look-up, mesh); 0 for an unbiased method.
     pub bias: f64,
-    /// Estimated discretisation error of adaptive elements; 0 where values stand for means and points alone.
+    /// Estimated discretisation error of adaptive elements; 0 where values stand only for means and points.
     pub discretisation: f64,
-    /// All of them in quadrature: the stated error.
+    /// The stated error: all parts in quadrature.
     pub estimated: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the random part.
     pub degrees_of_freedom: f64,
-    /// For a map that nothing has reached yet: upper bound of its mean in lx.
+    /// Upper bound of the mean in lx, for a map that no light has reached yet.
     pub dark_upper_bound_lx: Option<f64>,
 }
 
 impl MapError {
-    /// What the mean of a map is below in which no light was found, in words: two digits of lx.
+    /// Returns in words the upper bound of the mean of a map without light: in lx, with two digits.
     pub fn dark_bound_words(&self) -> Option<String> {
         self.dark_upper_bound_lx.map(|bound_lx| match bound_lx {
             0.1.. => format!("{bound_lx:.2} lx"),
@@ -191,20 +192,20 @@ impl MapError {
     }
 }
 
-/// What a table row is about.
+/// Subject of a table row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableKind {
     /// One side of a surface.
     Surface,
     /// A grid of receivers.
     Grid,
-    /// Receivers in no order.
+    /// Receivers without an order.
     Points,
     /// Directions of view: the numbers are luminances in cd/m².
     Luminance,
-    /// An intensity distribution: the numbers are intensities in cd, the average that over all directions.
+    /// An intensity distribution: the numbers are intensities in cd, and the average is over all directions.
     Intensity,
-    /// A glare rating: the numbers are the indirect illuminance of the eye.
+    /// A glare rating: the numbers are the indirect illuminance at the eye.
     Glare,
 }
 
@@ -216,7 +217,7 @@ impl TableKind {
 }
 
 impl TableKind {
-    /// Name as the table writes it.
+    /// Returns the name written in the table.
     pub fn name(self) -> &'static str {
         match self {
             TableKind::Surface => "surface",
@@ -229,69 +230,69 @@ impl TableKind {
     }
 }
 
-/// A row of the result table, as lighting engineers expect it.
+/// A row of the result table, in the form that lighting engineers use.
 #[derive(Clone, Debug)]
 pub struct TableRow {
-    /// Surface or receiver set.
+    /// Name of the surface or receiver set.
     pub name: String,
-    /// What it is.
+    /// Subject of the row.
     pub kind: TableKind,
     /// `front` or `back`.
     pub side: &'static str,
     /// Ē: weighted mean in lx.
     pub average_lx: Estimate,
-    /// Emin in lx, the least illuminance of the places.
+    /// Emin in lx, the minimum illuminance over the evaluation points.
     pub minimum_lx: Estimate,
-    /// Emax in lx, the greatest.
+    /// Emax in lx, the maximum illuminance over the evaluation points.
     pub maximum_lx: Estimate,
     /// U0 = Emin/Ē.
     pub uniformity_u0: Estimate,
     /// Ud = Emin/Emax.
     pub uniformity_ud: Estimate,
-    /// How far in lx chance may have pulled Emin and Emax: in their errors and in those of the uniformities, in squares.
+    /// Distance in lx by which chance may have pulled Emin and Emax. Their errors and those of the uniformities include it in quadrature.
     pub pulled_lx: [f64; 2],
-    /// Places of which Emin and Emax are told: the points of a receiver set, or the cells of a grid on a surface. 0: there is no such
+    /// Number of evaluation points for Emin and Emax: the points of a receiver set, or the cells of a grid on a surface. With 0 there is no
     /// grid, and minimum, maximum and uniformities are 0.
     pub places: usize,
-    /// Area in m² (0 for loose points without areas), of a surface that of what shows.
+    /// Area in m² (0 for loose points without areas). For a surface it is the visible area only.
     pub area_m2: f64,
-    /// Area in m² of a surface side that something covers, as far as that is known.
+    /// Area in m² of a surface side that is hidden by contact, as far as it is known.
     pub covered_area_m2: f64,
     /// Relative RMS error of the row's own values.
     pub estimated_error: f64,
-    /// Ē of each replica in lx, so that means over several rows get an error that knows how the rows hang together.
-    /// Empty where there are no replicas.
+    /// Ē of each replica in lx. With it, the error of a mean over several rows accounts for the correlation between rows. Empty where there
+    /// are no replicas.
     pub replica_averages_lx: Vec<f64>,
 }
 
 impl TableRow {
-    /// Whether anything of it shows: a face that stands on another as a whole has no light to tell of.
+    /// Whether any part of it is visible. A face that is completely hidden by contact has no light to report.
     pub fn shows(&self) -> bool {
         self.area_m2 > 0.0 || self.covered_area_m2 <= 0.0
     }
 
-    /// Whether least and greatest are told and light was found.
+    /// Whether minimum and maximum exist and light was found.
     pub fn knows_extremes(&self) -> bool {
         self.places > 0 && self.average_lx.is_known()
     }
 
-    /// Emin, where it is told. One that lies under its own error says that the place may be dark.
+    /// Returns Emin, if it is known. A value below its own error shows that the point may be dark.
     pub fn least(&self) -> Option<Estimate> {
         self.knows_extremes().then_some(self.minimum_lx)
     }
 
-    /// Emax, where it is told: one that lies under its own error says nothing, as the average that is known lies below it.
+    /// Returns Emax, if it is known. A value below its own error gives no information, because the known average is below it.
     pub fn greatest(&self) -> Option<Estimate> {
         (self.knows_extremes() && self.maximum_lx.is_known()).then_some(self.maximum_lx)
     }
 
-    /// U0, where it says anything: all that it is made of is told from 0.
+    /// Returns U0, if it gives information: average and minimum must be distinct from 0.
     pub fn u0(&self) -> Option<Estimate> {
         let is_known = self.knows_extremes() && self.average_lx.value > 0.0 && self.minimum_lx.is_known();
         is_known.then_some(self.uniformity_u0)
     }
 
-    /// Ud, likewise.
+    /// Returns Ud, if U0 and Emax give information.
     pub fn ud(&self) -> Option<Estimate> {
         self.u0().and(self.greatest()).map(|_| self.uniformity_ud)
     }

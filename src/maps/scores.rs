@@ -1,8 +1,8 @@
-//! What single scores say of a map's variance: their spread, and the largest of them.
+//! What single scores show of a map's variance: their spread, and the largest of them.
 //!
-//! Replicas tell how a map scatters, but not whether its variance exists: a tail of rare large scores shows there only
-//! once one of them has come. The largest scores so far tell of it earlier. They are kept by every task for itself and
-//! merged after each slice, so that nothing is shared in a chain.
+//! Replicas show how a map scatters, but not whether its variance exists. A tail of rare large scores appears in them only after one such
+//! score has come. The largest scores so far reveal the tail earlier. Every task keeps its own largest scores, which are merged after each
+//! slice, so that chains share no data.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
@@ -11,34 +11,34 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::pareto::pareto_shape;
 
-/// Largest scores that are kept of a part of a map.
+/// Number of largest scores kept of a part of a map.
 pub const LARGEST: usize = 1024;
 
-/// Deviations of single scores from the level of their entry, each times the root of the entry's weight: sums and the
-/// largest. The map's squared error is the sum of their squares over the square of the samples.
+/// Deviations of single scores from the level of their entry, each times the square root of the entry's weight: sums and the largest
+/// values. The map's squared error is the sum of their squares divided by the square of the number of samples.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Scores {
-    /// Scores counted.
+    /// Number of scores counted.
     pub count: u64,
-    /// Scores of entries that they stand for: neighbours that share walks score together.
+    /// Number of scores of single entries that these stand for. Neighbours that share walks score together.
     pub of_entries: u64,
-    /// Sum of their squares.
+    /// Sum of the squared deviations.
     pub squares: f64,
-    /// Sum of their fourth powers.
+    /// Sum of the fourth powers of the deviations.
     pub fourths: f64,
-    /// The largest, and up to as many again that have come since they were last sorted out.
+    /// The largest deviations, plus at most as many newer ones that are not yet sorted out.
     largest: Vec<f64>,
-    /// No score at or under this one is among the largest.
+    /// A deviation at or below this value is not among the largest.
     floor: f64,
 }
 
 impl Scores {
-    /// An empty set for a task that adds to `whole`: what cannot be among the largest there is not kept.
+    /// Returns an empty set for a task that adds to `whole`. It does not keep values that cannot be among the largest of `whole`.
     pub fn for_task(whole: &Scores) -> Scores {
         Scores { floor: whole.floor, ..Scores::default() }
     }
 
-    /// Adds a weighted deviation, 0 or more, of so many entries together.
+    /// Adds a weighted deviation, 0 or more, of `entries` entries together.
     #[inline]
     pub fn add(&mut self, deviation: f64, entries: u64) {
         let square = deviation * deviation;
@@ -80,7 +80,7 @@ impl Scores {
         }
     }
 
-    /// The same as if every deviation were so many times as large.
+    /// Returns the same set with every deviation multiplied by `factor`.
     fn scaled(self, factor: f64) -> Scores {
         let square = factor * factor;
         Scores {
@@ -93,17 +93,18 @@ impl Scores {
         }
     }
 
-    /// What the scores say of a part of a map with so many samples of every entry, of so many scores in all.
+    /// Returns what the scores show of a part of a map with `samples` samples of every entry and `all` scores in total.
     pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
         let mut largest = self.largest.clone();
         largest.sort_by(|one, other| other.total_cmp(one));
-        // The largest follow their law in the limit alone: no more than three roots of the number (Vehtari et al. 2024,
-        // "Pareto smoothed importance sampling"), and no more than one entry has, since entries differ in size.
+        // The largest scores follow a generalised Pareto distribution only in the limit. At most three square roots of their number are
+        // used (Vehtari et al. 2024, "Pareto smoothed importance sampling"). At most the scores of one entry are used, because entries
+        // differ in size.
         let most = (3.0 * (self.count as f64).sqrt()).min(samples) as usize;
         let tail = LARGEST.min(largest.len()).min(most).saturating_sub(1);
         let threshold = largest.get(tail).copied().unwrap_or(0.0);
         let excesses: Vec<f64> = largest[..tail].iter().map(|score| score - threshold).collect();
-        // What was counted stands for all.
+        // The counted scores stand for all scores.
         let scale = if self.of_entries > 0 { all / self.of_entries as f64 } else { 0.0 };
         let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
         ScoreEvidence {
@@ -116,32 +117,32 @@ impl Scores {
     }
 }
 
-/// What the scores of a part of a map say.
+/// What the scores show of a part of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScoreEvidence {
-    /// What the part adds to the map's squared error, times the sum of weights, in lx² m².
+    /// Contribution of the part to the map's squared error, times the sum of weights, in lx² m².
     pub variance: f64,
-    /// Sum of the squares of what single scores add to that.
+    /// Sum of the squares of single scores' contributions to `variance`.
     pub fourth: f64,
-    /// Number of the largest scores that the tail is judged by.
+    /// Number of largest scores from which the tail is estimated.
     pub tail: usize,
-    /// Their part of `variance`.
+    /// Contribution of these scores to `variance`.
     pub tail_variance: f64,
-    /// Shape of the tail (0 exponential, from ½ on of infinite variance); `None` where it has an end.
+    /// Shape of the tail: 0 exponential, from ½ on of infinite variance. `None` if too few scores, or no differing scores, give it.
     pub shape: Option<f64>,
 }
 
-/// Scores of a part of a map, by what they deviate from.
+/// Scores of a part of a map, sorted by what they deviate from.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PartScores {
-    /// From the entry's level; a part that has them is judged by them.
+    /// Deviations from the entry's level. They are used if they are at least as many as `stepped`.
     levelled: Scores,
-    /// From the score before, over √2, as long as the entry has no level.
+    /// Deviations from the previous score, divided by √2, as long as the entry has no level.
     stepped: Scores,
 }
 
 impl PartScores {
-    /// An empty set for a task that adds to `whole`.
+    /// Returns an empty set for a task that adds to `whole`.
     pub fn for_task(whole: &PartScores) -> PartScores {
         PartScores { levelled: Scores::for_task(&whole.levelled), stepped: Scores::for_task(&whole.stepped) }
     }
@@ -152,18 +153,18 @@ impl PartScores {
         self.stepped.merge(task.stepped);
     }
 
-    /// The same as if every deviation were so many times as large.
+    /// Returns the same set with every deviation multiplied by `factor`.
     pub fn scaled(self, factor: f64) -> PartScores {
         PartScores { levelled: self.levelled.scaled(factor), stepped: self.stepped.scaled(factor) }
     }
 
-    /// Adds a weighted score that deviates from nothing.
+    /// Adds a weighted score as its own deviation, with level 0.
     #[inline]
     pub fn add(&mut self, score: f64) {
         self.levelled.add(score, 1);
     }
 
-    /// Counts the scores of an entry of this weight.
+    /// Returns a counter for the scores of an entry with this weight and level.
     #[inline]
     pub fn of_entry(&mut self, weight: f64, level: Option<f64>) -> EntryScores<'_> {
         let (scores, root_weight) = match level {
@@ -173,7 +174,8 @@ impl PartScores {
         EntryScores { scores, root_weight, moves: level.is_none(), level: level.unwrap_or(f64::NAN) }
     }
 
-    /// Counts the scores of entries that score together, of these weights and levels: all have levels, or none counts as having one.
+    /// Returns a counter for the scores of entries that score together, with these weights and levels. If one entry has no level, none is
+    /// taken to have one.
     pub fn of_group(&mut self, entries: impl Iterator<Item = (f64, Option<f64>)>) -> GroupScores<'_> {
         let mut group: Vec<(f64, f64)> = Vec::new();
         let mut moves = false;
@@ -189,14 +191,14 @@ impl PartScores {
         GroupScores { scores: if moves { &mut self.stepped } else { &mut self.levelled }, entries: group, moves }
     }
 
-    /// What they say: see [`Scores::evidence`].
+    /// Returns what the scores show: see [`Scores::evidence`].
     pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
         let chosen = if self.levelled.count >= self.stepped.count { &self.levelled } else { &self.stepped };
         chosen.evidence(samples, all)
     }
 }
 
-/// Scores of one entry.
+/// Counter for the scores of one entry.
 pub struct EntryScores<'a> {
     scores: &'a mut Scores,
     root_weight: f64,
@@ -217,16 +219,17 @@ impl EntryScores<'_> {
     }
 }
 
-/// Scores of a group of entries that come together from the same samples: one score, the root of the sum of their squares.
+/// Counter for a group of entries that score together from the same samples. The group counts as one score: the square root of the sum of
+/// the squared deviations.
 pub struct GroupScores<'a> {
     scores: &'a mut Scores,
-    /// Root of each entry's weight, and its level.
+    /// Square root of each entry's weight, and its level.
     entries: Vec<(f64, f64)>,
     moves: bool,
 }
 
 impl GroupScores<'_> {
-    /// Adds a score of every entry.
+    /// Adds one score of every entry.
     pub fn add(&mut self, scores: &[f64]) {
         let deviations =
             self.entries.iter().zip(scores).map(|((root_weight, level), score)| root_weight * (score - level));
@@ -240,15 +243,16 @@ impl GroupScores<'_> {
     }
 }
 
-/// Levels from which the scores of a map's entries deviate: the mean of an entry's first samples. They stay as they are:
-/// levels that moved would mix laws of different widths, which looks like a tail.
+/// Levels from which the scores of a map's entries deviate: the mean of an entry's first samples. They stay fixed. Moving levels would mix
+/// distributions of different widths, which looks like a tail.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Levels {
     values: Vec<f64>,
 }
 
 impl Levels {
-    /// Sets the levels of some of `count` entries that have none and samples by now, from a mean that is `None` where there is no sample.
+    /// Sets the levels of those `entries` (out of `count`) that have none yet. `mean` returns `None` for an entry without samples; this
+    /// entry keeps no level.
     pub fn fix(&mut self, entries: Range<usize>, count: usize, mean: impl Fn(usize) -> Option<f64>) {
         if self.values.len() < entries.end {
             self.values.reserve_exact(count.saturating_sub(self.values.len()));
@@ -261,7 +265,7 @@ impl Levels {
         }
     }
 
-    /// The level of an entry, once it has one.
+    /// Returns the level of an entry, once it has one.
     #[inline]
     pub fn of(&self, entry: usize) -> Option<f64> {
         self.values.get(entry).copied().filter(|level| !level.is_nan())
@@ -308,7 +312,7 @@ mod tests {
         let [apart, together] = [apart, together].map(|scores| scores.evidence(1000.0, 4000.0));
         assert!((together.variance / apart.variance - 1.0).abs() < 1e-12);
         assert!((effective(apart) / effective(together) - 4.0).abs() < 1e-9);
-        // Without a level both wait for a first score; samples that are alike then deviate by nothing.
+        // Without a level the group waits for a first score. Equal samples then have a deviation of 0.
         let mut scores = PartScores::default();
         let mut group = scores.of_group([(1.0, None), (1.0, Some(2.0))].into_iter());
         (0..3).for_each(|_| group.add(&[3.0, 4.0]));

@@ -1,4 +1,4 @@
-//! Errors and table rows of maps whose errors are not random: those of a sum add up, in the worst case.
+//! Errors and table rows of maps whose errors are not random. Such errors add up linearly in a sum: this is the worst case.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub struct StatedValues<'a> {
 }
 
 impl<'a> StatedValues<'a> {
-    /// A range of a map's entries; `weights` are those of the whole map.
+    /// Returns a range of a map's entries. `weights` are the weights of the whole map.
     pub fn of(values: &'a MapValues, weights: &'a [f64], range: Range<usize>) -> StatedValues<'a> {
         StatedValues {
             illuminance_lx: &values.illuminance_lx[range.clone()],
@@ -22,7 +22,7 @@ impl<'a> StatedValues<'a> {
         }
     }
 
-    /// All values that count, each as a place of its own.
+    /// Returns all values of positive weight, each as an evaluation point of its own.
     pub fn places(&self) -> Vec<Estimate> {
         let counted = (0..self.weights.len()).filter(|i| self.weights[*i] > 0.0);
         counted.map(|i| Estimate { value: self.illuminance_lx[i], standard_error: self.error_lx[i] }).collect()
@@ -40,7 +40,7 @@ impl<'a> StatedValues<'a> {
     }
 }
 
-/// The stated error of a map: all of it a bias.
+/// Returns the stated error of a map. All of it is bias.
 pub fn stated_error(values: &StatedValues) -> MapError {
     let bias = values.relative_error();
     MapError {
@@ -53,7 +53,8 @@ pub fn stated_error(values: &StatedValues) -> MapError {
     }
 }
 
-/// Illuminances of the cells of a grid on a surface, with their errors; none where elements are coarser than the grid.
+/// Returns the illuminances in lx of a grid's cells on a surface, with their errors. The result is empty where elements are coarser than
+/// the grid.
 pub fn grid_places(
     values: &MapValues,
     grid: Option<&EvaluationGrid>,
@@ -82,7 +83,7 @@ pub fn grid_places(
     grid.cells.iter().enumerate().map(place).collect()
 }
 
-/// A table row of one side, with the places of which least and greatest are told: all values, or a grid's cells.
+/// Builds the table row of one side. `places` holds the values for minimum and maximum: all values of the side, or the cells of a grid.
 pub fn stated_row(
     name: &str,
     kind: TableKind,
@@ -116,7 +117,7 @@ pub fn stated_row(
     }
 }
 
-/// A ratio with the error that both numbers give it in the worst case.
+/// Returns a ratio with its error in the worst case: the relative effects of both numbers' errors add up.
 fn ratio(part: Estimate, whole: Estimate) -> Estimate {
     if whole.value <= 0.0 {
         return Estimate::default();

@@ -8,31 +8,32 @@ use super::replicas::{ReplicaMap, half_means, standard_error};
 use super::{Estimate, RareScores, TableKind, TableRow, judge};
 use crate::scene::{EvaluationGrid, GridPart};
 
-/// Spread of replicas over their mean that is rounding, not chance: sums of thousands of entries agree to some units of
-/// the last of 53 bits.
+/// Relative spread of replicas that counts as rounding, not chance. Sums of thousands of entries agree up to a few units of the last of 53
+/// bits.
 const ROUNDING: f64 = 1e-14;
 
-/// Of which places the least and the greatest illuminance are told.
+/// Evaluation points of the minimum and maximum illuminance.
 #[derive(Clone, Copy)]
 pub enum Places<'a> {
-    /// The entries themselves: points that were asked for.
+    /// The entries themselves: the receiver points of the set.
     Entries,
-    /// The cells of a grid on a surface, whose elements may lose so many lx within them; without a grid there are none.
+    /// The cells of a grid on a surface. Without a grid there are no evaluation points.
     Grid {
         /// The grid.
         grid: Option<&'a EvaluationGrid>,
-        /// Root mean square in lx of what each element of the map does not show; empty where elements stand for their means alone.
+        /// Root mean square in lx of the variation that each element of the map does not show. Empty where elements stand for their means
+        /// only.
         discretisation_lx: &'a [f64],
-        /// What planes through the means of elements change in each cell; empty where elements have slopes of their own.
+        /// Change in each cell by planes through the means of elements. Empty where elements have slopes of their own.
         slopes: &'a [CellSlopes],
     },
 }
 
-/// Which entries of a map make one row, and how it is called.
+/// Entries of a map that make one row, with the row's name.
 pub struct TableSubject<'a> {
-    /// Surface or receiver set.
+    /// Name of the surface or receiver set.
     pub name: &'a str,
-    /// What it is.
+    /// Subject of the row.
     pub kind: TableKind,
     /// `front` or `back`.
     pub side: &'static str,
@@ -40,22 +41,22 @@ pub struct TableSubject<'a> {
     pub entries: &'a [usize],
     /// Weight of each of these entries; 0 leaves it out.
     pub weights: &'a [f64],
-    /// Area in m² that the row stands for, all of it.
+    /// Total area in m² that the row stands for.
     pub area_m2: f64,
-    /// Area of it in m² that something covers though the entries are means over it too.
+    /// Area in m² of this that is hidden by contact. The entries are means over this area too.
     pub covered_area_m2: f64,
-    /// Where least and greatest are looked for.
+    /// Evaluation points of the minimum and maximum.
     pub places: Places<'a>,
-    /// What the map knows of scores that are rare ([`ReplicaMap::rare_scores`]).
+    /// Statistics of rare scores in the map ([`ReplicaMap::rare_scores`]).
     pub rare_scores: RareScores,
-    /// What is left of the cells' error in the average, in lx, where walks have measured it.
+    /// Remaining error of the cells in the average, in lx, if walks have measured it.
     pub average_left_lx: Option<f64>,
 }
 
-/// Illuminance in lx of a place in every replica, and what of its error the replicas do not show.
+/// Illuminance in lx at an evaluation point in every replica, and the part of its error that the replicas do not show.
 struct PlaceReplicas {
     replicas_lx: [f64; REPLICAS],
-    /// Indirect part of the mean.
+    /// Indirect part of the mean, in lx.
     indirect_lx: f64,
     shared_error_lx: f64,
 }
@@ -69,7 +70,8 @@ impl PlaceReplicas {
         }
     }
 
-    /// A cell of a grid: neighbours look up the same cells and have their error alike, but lose light each by itself.
+    /// Evaluates a cell of a grid. Its elements look up the same cache cells and share their error, so these errors add up. Their
+    /// discretisation errors are independent.
     fn of_cell(
         map: &ReplicaMap,
         parts: &[GridPart],
@@ -102,28 +104,29 @@ impl PlaceReplicas {
         self.replicas_lx.iter().sum::<f64>() / REPLICAS as f64
     }
 
-    /// The error in lx of its mean, as its own row of a file has it: the replicas' spread, wider where few scores bring its light, with
-    /// what they share.
+    /// Returns the error in lx of the point's mean, as in the point's own row of a file. It is the replicas' spread, widened where few
+    /// scores bring the light, with the error that the replicas share.
     fn error_lx(&self, map: &ReplicaMap, rare_scores: RareScores) -> f64 {
         let spread_lx = map.squared_error(|replica| self.replicas_lx[replica]).sqrt();
         rare_scores.bar_lx(spread_lx, self.indirect_lx).hypot(self.shared_error_lx)
     }
 }
 
-/// The least or the greatest illuminance of a row's places: of the mean over all replicas, and of the means that leave one out.
+/// The minimum or maximum illuminance of a row's evaluation points: of the mean over all replicas, and of the means that leave one replica
+/// out.
 struct Extreme {
     sign: f64,
     whole_lx: f64,
     without_lx: [f64; REPLICAS],
-    /// Of each half by itself, and what the other half says of the same place.
+    /// Extreme of each half alone, and the value of the other half at the same point.
     of_halves_lx: [[f64; 2]; 2],
     place: usize,
-    /// Error in lx of the place that has it.
+    /// Error in lx of the point that has the extreme.
     error_lx: f64,
 }
 
 impl Extreme {
-    /// None yet; `sign` is 1 for the least and −1 for the greatest.
+    /// Returns an extreme without a value. `sign` is 1 for the minimum and −1 for the maximum.
     fn new(sign: f64) -> Extreme {
         let worst = sign * f64::INFINITY;
         let (without_lx, of_halves_lx) = ([worst; REPLICAS], [[worst; 2]; 2]);
@@ -147,30 +150,34 @@ impl Extreme {
         }
     }
 
-    /// How far in lx chance may have pulled it beyond the truth: docs/methods.md (43). Nothing, where both halves find it in one place.
+    /// Returns the distance in lx by which chance may have pulled the extreme beyond the true value: docs/methods.md (43). It is 0 if both
+    /// halves have the extreme at the same point.
     fn pulled_lx(&self) -> f64 {
         let elsewhere_lx = 0.5 * (self.of_halves_lx[0][1] + self.of_halves_lx[1][1]);
         (self.sign * (elsewhere_lx - self.whole_lx)).max(0.0) * FRAC_1_SQRT_2
     }
 
-    /// A quantity of it and of a number that depends on the replica that is left out, with the error: what leaving out replicas makes
-    /// of it, or the place's own error, times `per_lx`, where that is more, and how far chance may have pulled it.
+    /// Evaluates `of`, a quantity that depends on the extreme and on the replica left out (`None`: none), with its error. The error is the
+    /// largest of the jackknife error, the point's own error times `per_lx`, and `least_error`. The distance by which chance may have
+    /// pulled the extreme is added in quadrature.
     fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_lx: f64, least_error: f64) -> Estimate {
         let spread = jackknife_error(|replica| of(self.without_lx[replica], Some(replica)));
         let told = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
         let value = of(self.whole_lx, None);
-        // What is exact has an error of 0, whatever taking replicas out rounds to.
+        // An exact value has an error of 0, despite the rounding of the jackknife.
         Estimate { value, standard_error: if told > ROUNDING * value { told } else { 0.0 } }
     }
 }
 
-/// Sums up a part of a map.
+/// Computes the table row of a part of a map.
 ///
-/// The average is linear, so its error is the spread of the replicas' own averages. Minimum and maximum are those of the
-/// places' values as they stand, so that every table, picture and file tells the same; noise pulls them apart, which taking replicas out
-/// one at a time could correct, but the correction's own chance costs more than it gains: see docs/calibration.md, "Least values". How far
-/// noise may have pulled is in their errors. Where the least place is one that no packet has met, all replicas agree on it by chance: the
-/// bound of that place, or the average, is its error then.
+/// The average is linear, so its error is the spread of the replicas' own averages. Minimum and maximum are the extremes of the unmodified
+/// values, so that all tables, pictures and files agree. Noise pulls the extremes apart. A jackknife could correct this, but the random
+/// error of the correction costs more than it gains: see docs/calibration.md, "Least values". Their errors include the distance by which
+/// noise may have pulled.
+///
+/// Where no packet has met the minimum point, all replicas agree on it by chance. Its error is then the bound of that point, or the average
+/// if this is smaller.
 pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let weight_sum: f64 = subject.weights.iter().sum();
     let counted = || subject.entries.iter().zip(subject.weights).filter(|(_, weight)| **weight > 0.0);
@@ -182,7 +189,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let averages: Vec<f64> = if shown > 0.0 { (0..REPLICAS).map(average).collect() } else { vec![0.0; REPLICAS] };
     let unseen_lx = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
     let mean_lx = averages.iter().sum::<f64>() / REPLICAS as f64;
-    // What the replicas of a half share through their cells is told by walks, if these know it.
+    // Walks give the error that the replicas of a half share through their cells, if they have measured it.
     let left_lx = subject.average_left_lx.unwrap_or(0.0);
     let spread_lx = match subject.average_left_lx {
         Some(_) => map.squared_error(|replica| averages[replica]).sqrt(),
@@ -249,7 +256,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         ratio(lx, left_out.map_or(most.whole_lx, |replica| most.without_lx[replica])).clamp(0.0, 1.0)
     };
     let ud = least.estimate(ud_of, per_most, (per_most * least_unseen_lx).min(1.0));
-    // What the greatest adds to the ratio's error beside the least.
+    // Contribution of the maximum to the ratio's error, beside that of the minimum.
     let of_most = ud.value * per_most * most.error_lx.hypot(most.pulled_lx());
     row.minimum_lx = least.estimate(|lx, _| lx.clamp(0.0, average_lx.value.max(0.0)), 1.0, least_unseen_lx);
     row.maximum_lx = most.estimate(|lx, _| lx.max(0.0), 1.0, 0.0);
@@ -258,7 +265,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     row
 }
 
-/// Standard error by the jackknife over the replicas.
+/// Returns the standard error by the jackknife over the replicas.
 fn jackknife_error(without: impl Fn(usize) -> f64) -> f64 {
     let n = REPLICAS as f64;
     let mean = (0..REPLICAS).map(&without).sum::<f64>() / n;
@@ -294,7 +301,8 @@ mod tests {
         table_row(map, &subject)
     }
 
-    /// 1,600 packets of 1 lm on average met three of four elements of 1 m² of equal light; `met` says how often the first.
+    /// Builds a map where 1,600 packets of 1 lm meet four elements of 1 m². Three elements have equal light; `met` is the number of packets
+    /// of the first in each replica.
     fn counted(met: f64) -> ReplicaMap {
         let mut map = ReplicaMap::new(4, Unit::Packets { luminous_flux_lm: 1600.0, area_m2: vec![1.0; 4] });
         map.indirect_samples.complete = 100;
@@ -305,8 +313,8 @@ mod tests {
         map
     }
 
-    /// All replicas agree that an element is dark where no packet has met it: that is no certainty. The bound is that of
-    /// three packets, 3 lx here. One that they all met as often has no error (the planted fault would be to bound it too).
+    /// Where no packet has met an element, all replicas agree that it is dark, but this is not certain. The bound is that of three packets,
+    /// here 3 lx. An element that all replicas met equally often has no error (the planted fault would bound it too).
     #[test]
     fn a_minimum_that_no_packet_has_met_is_not_exact() {
         let unmet = row(&counted(0.0));
@@ -316,7 +324,7 @@ mod tests {
         assert!((unmet.uniformity_u0.standard_error - share).abs() < 1e-12, "{:?}", unmet.uniformity_u0);
         let met = row(&counted(1.0));
         assert!(met.minimum_lx.value > 0.0, "{:?}", met.minimum_lx);
-        // Thirds are rounded, and yet exact.
+        // Thirds are rounded, but count as exact.
         let rounded = row(&counted(1.0 / 3.0));
         assert_eq!(
             [met, rounded].map(|row| [row.minimum_lx, row.maximum_lx].map(|lx| lx.standard_error)),
@@ -324,10 +332,10 @@ mod tests {
         );
     }
 
-    /// Share of so many maps (seed 5) of 40 points whose stated interval of the minimum, of ±2.13 standard errors (Student's t of 15
-    /// degrees of freedom), holds the least of their means: in a replica scores come twice in the mean to a point and bring the
-    /// square of what is drawn from an exponential distribution, in lx; by the bars as they are and, the planted fault, by bars that
-    /// forget how skewed the scores are.
+    /// Returns the share of `maps` maps (seed 5) of 40 points whose stated interval of the minimum contains the minimum of their means. The
+    /// interval is ±2.13 standard errors (Student's t of 15 degrees of freedom). In a replica two scores reach a point on average. Each
+    /// brings the square of an exponential variable in lx, times the point's number. The second result, the planted fault, uses bars
+    /// without the skewness of the scores.
     fn held_of_skewed(maps: u64) -> [f64; 2] {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
         let mut held = [0.0; 2];
@@ -351,14 +359,14 @@ mod tests {
         held.map(|count| count / maps as f64)
     }
 
-    /// At α = 10⁻⁴ a share of 0.93 or more of 1,000 maps comes out as 0.90 or more.
+    /// At α = 10⁻⁴ a true share of at least 0.93 of 1,000 maps gives a measured share of at least 0.90.
     #[test]
     fn the_interval_of_a_minimum_of_skewed_scores_holds_by_bars_that_know_it() {
         let [held, forgetful] = held_of_skewed(1000);
         assert!(held > 0.90 && forgetful < 0.90, "{held} {forgetful}");
     }
 
-    /// The least of a grid and the row of its point tell one number with one error.
+    /// The minimum of a row and the row of its point state the same number with the same error.
     #[test]
     fn the_minimum_is_told_as_its_point_is() {
         let mut map = ReplicaMap::new(4, Unit::Lux);
@@ -375,8 +383,8 @@ mod tests {
         );
     }
 
-    /// Share of 1,000 maps (seed 3) of 60 points from 100 lx on, each 1 lx more, with a chance of 4 lx in a replica, whose stated
-    /// interval of ±1.96 standard errors, times a factor, holds the true minimum.
+    /// Returns the share of 1,000 maps (seed 3) whose stated interval contains the true minimum. The interval is ±1.96 standard errors
+    /// times a factor. The 60 points start at 100 lx and increase by 1 lx each, with a random error of 4 lx in a replica.
     fn held(factor: f64) -> f64 {
         let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
         let is_held = |number: u64| {
@@ -395,15 +403,16 @@ mod tests {
         (0..1000).map(is_held).sum::<f64>() / 1000.0
     }
 
-    /// At α = 10⁻⁴ a share of 0.93 or more comes out as 0.90 or more; bars of half the length are the planted fault.
+    /// At α = 10⁻⁴ a true share of at least 0.93 gives a measured share of at least 0.90. Bars of half the length are the planted fault.
     #[test]
     fn the_interval_of_a_minimum_holds_and_a_shorter_one_does_not() {
         let [held, shorter] = [held(1.0), held(0.5)];
         assert!(held > 0.90 && shorter < 0.90, "{held} {shorter}");
     }
 
-    /// Share of 500 maps (seed 8) of 400 points that are as bright as each other, with a chance of 4 lx in a replica, whose stated interval
-    /// of ±2.13 standard errors holds the true minimum; and that by the bar of the least point alone, the planted fault.
+    /// Returns the share of 500 maps (seed 8) whose stated interval of ±2.13 standard errors contains the true minimum. The 400 points are
+    /// equally bright, with a random error of 4 lx in a replica. The second result, the planted fault, uses the bar of the minimum point
+    /// alone.
     fn held_of_equals() -> [f64; 2] {
         let mut stream = Stream::new(8, Purpose::Pilot, 0, 0);
         let mut held = [0.0; 2];
@@ -423,14 +432,14 @@ mod tests {
         held.map(|count| count / 500.0)
     }
 
-    /// At α = 10⁻⁴ a share of 0.94 comes out as 0.895 or more.
+    /// At α = 10⁻⁴ a true share of 0.94 gives a measured share of at least 0.895.
     #[test]
     fn the_interval_of_a_minimum_knows_that_it_was_the_least_of_many() {
         let [held, of_the_point] = held_of_equals();
         assert!(held > 0.895 && of_the_point < 0.3, "{held} {of_the_point}");
     }
 
-    /// The minimum is that of the values as they stand, and so is the maximum; both have errors.
+    /// Minimum and maximum are those of the unmodified values. Both have errors.
     #[test]
     fn extremes_are_those_of_the_values_themselves() {
         let mut map = ReplicaMap::new(3, Unit::Lux);
@@ -445,7 +454,8 @@ mod tests {
         assert!(row.maximum_lx.standard_error > 0.2 && row.uniformity_ud.standard_error > 0.0, "{row:?}");
     }
 
-    /// Light without chance differs between replicas by rounding alone, which is no error; a part in a million is one.
+    /// Light without random error differs between replicas only by rounding, which is not an error. A difference of one part in a million
+    /// is an error.
     #[test]
     fn rounding_is_no_standard_error() {
         let lit = |last: f64| {

@@ -1,4 +1,4 @@
-//! Light meshes as a method like the others.
+//! The light-mesh method: solves a scene by light meshes and shadow rays instead of chains.
 
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -18,36 +18,36 @@ use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
 
 use super::light_mesh_words::{said, step_not_taken, why_in_words};
 
-/// Plans of a map after the first whose last check missed the target.
+/// Maximum number of further plans for a map after the first, while the last check of the map misses the target.
 const MOST_ATTEMPTS: u32 = 3;
-/// Part of the target that the next plan aims at, over that of the one before.
+/// Factor on the error that the next plan aims at, relative to the plan before it.
 const NEXT_CAUTION: f64 = 0.7;
-/// Step between the maps' numbers of one plan and the next: each checks at places of its own.
+/// Offset between the map numbers of two successive plans. Each plan thereby checks at points of its own.
 const ATTEMPT: u32 = 1 << 8;
-/// A map that the target does not bind takes about as many rays as those that it binds at most, or as many as this.
+/// Smallest limit on the rays of a map that the target does not bind. Otherwise its limit is the rays that the maps before it took.
 const LEAST_RAYS: f64 = 1e7;
 
-/// How long in s, by the run's clock, a map that shows nothing yet goes on when the run was to end.
+/// Time in s, by the run's clock, that a map with no result yet may continue after the run should end.
 const PATIENCE_S: f64 = 0.6;
 
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshChoice {
-    /// Step in m; `None`: found by refining.
+    /// Step in m. `None`: found by refinement.
     pub step_m: Option<f64>,
-    /// Radius in m; `None`: 1.25 steps.
+    /// Radius in m. `None`: 1.25 steps.
     pub radius_m: Option<f64>,
-    /// What mesh points keep of indirect light.
+    /// Form in which mesh points store indirect light.
     pub form: IndirectForm,
-    /// What saves time.
+    /// Accelerations in use.
     pub accelerations: Accelerations,
 }
 
 impl MeshChoice {
-    /// Whether step and radius go together.
+    /// Checks that step and radius are positive, finite and in an allowed ratio to each other.
     ///
     /// # Errors
-    /// What was given, and what was expected.
+    /// Returns the given value and the expected value in words.
     pub fn check(&self) -> Result<(), (String, String)> {
         let lengths = [self.step_m, self.radius_m];
         if let Some(length_m) =
@@ -74,10 +74,10 @@ impl Default for MeshChoice {
     }
 }
 
-/// Solves a scene for the maps asked for by light meshes.
+/// Solves a scene by light meshes for the requested maps.
 ///
 /// # Errors
-/// What of the scene light meshes cannot compute.
+/// Fails with the part of the scene that light meshes cannot compute.
 pub fn solve_by_light_mesh(
     scene: &Scene,
     settings: &Settings,
@@ -93,7 +93,7 @@ pub fn solve_by_light_mesh(
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
     let samples = Samples::of(&stage, SamplePlacing::Stratified, settings.seed);
-    // A step that the user gives is taken as it is, if no error is asked for besides.
+    // A step or radius that the user gives is used unchanged, unless the user also sets a target error.
     let is_given = choice.step_m.is_some() || choice.radius_m.is_some();
     let no_rule = settings.time_limit_s.is_none() && !is_given;
     let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
@@ -114,7 +114,7 @@ pub fn solve_by_light_mesh(
             radius_m: choice.radius_m,
             form: choice.form,
             accelerations: choice.accelerations,
-            // A time limit alone has a step found for the usual target, as far as the time goes.
+            // If only a time limit is given, the step is refined for the default target as far as the time allows.
             target_error: target_error.or_else(|| (!is_given).then_some(DEFAULT_TARGET_ERROR)),
             seed: settings.seed,
         },
@@ -140,7 +140,7 @@ pub fn solve_by_light_mesh(
     ))
 }
 
-/// Plans and computes the maps that are asked for.
+/// Plans and computes the requested maps.
 fn trace_maps(
     planner: &mut Planner,
     requests: &[(MapKind, bool)],
@@ -150,13 +150,13 @@ fn trace_maps(
     let mut run = LightMeshFindings { traced: requests.iter().map(|_| None).collect(), ..LightMeshFindings::default() };
     let finds_step = planner.wishes.step_m.is_none();
     let mut finest_m: Option<f64> = None;
-    // Maps that the target binds go first.
+    // Maps that the target binds come first.
     let mut order: Vec<usize> = (0..requests.len()).collect();
     order.sort_by_key(|index| !requests[*index].1);
     for (done, index) in order.into_iter().enumerate() {
         let (kind, bound) = requests[index];
         if !bound && finds_step {
-            // What the target does not bind is not refined: it takes the finest step of what is bound.
+            // A map that the target does not bind is not refined. It takes the finest step of the maps that the target binds.
             planner.wishes.step_m = finest_m;
         }
         if (planner.around.give_up)() {
@@ -188,7 +188,7 @@ fn trace_maps(
     run
 }
 
-/// What frames a run: what it was to reach, why it ended if it did not, and its times.
+/// General data of a run: its seed and target, the reason of its end if it misses the target, and its times.
 struct RunFrame {
     seed: u64,
     target_error: Option<f64>,
@@ -236,12 +236,12 @@ fn solution_of(scene: &Scene, stage: &Stage, run: LightMeshFindings, frame: RunF
     }
 }
 
-/// What a run by light meshes has found so far.
+/// Results of a light-mesh run so far.
 #[derive(Default)]
 struct LightMeshFindings {
-    /// The maps asked for, in their order.
+    /// The requested maps, in the order of the requests.
     traced: Vec<Option<TracedMap>>,
-    /// Maps that the run's end left out, and whether the target binds them.
+    /// Maps left out because the run ended, with a flag: `true` if the target binds the map.
     left_out: Vec<(MapKind, bool)>,
     rays: u64,
     convergence: Vec<ConvergenceRow>,
@@ -250,7 +250,8 @@ struct LightMeshFindings {
 }
 
 impl LightMeshFindings {
-    /// Says how a map was computed, of so many points in a set and places, and what may be wrong with it.
+    /// Records notes on how a map was computed and warnings about it. `points` counts the light samples, `places` the points of the
+    /// map.
     fn tell(&mut self, map: &TracedMap, plan: &MapPlan, [points, places]: [usize; 2], misses_near_lights: bool) {
         let name = &map.map.name;
         self.notes.extend(said(map, plan, points, places));
@@ -265,7 +266,7 @@ impl LightMeshFindings {
         }
     }
 
-    /// Records how exact the run is with a map, and tells how much of it is done.
+    /// Records the run's error including this map, and reports the progress to the observer.
     fn record(
         &mut self,
         map: &TracedMap,
@@ -301,7 +302,7 @@ impl LightMeshFindings {
         });
     }
 
-    /// Says what the run as a whole has left open.
+    /// Records notes and warnings about the run as a whole: open triangles, maps left out, paths not found and dark maps.
     fn tell_at_the_end(&mut self, scene: &Scene, stage: &Stage, solids: &Solids) {
         if solids.open_triangles() > 0 && self.traced.iter().flatten().any(|map| map.mesh.is_some()) {
             self.notes.push(format!(
@@ -326,19 +327,19 @@ impl LightMeshFindings {
     }
 }
 
-/// The stated error of a map that the target binds; 0 of others.
+/// The stated error of a map that the target binds; 0 for other maps.
 fn bound_error(map: &TracedMap) -> f64 {
     if map.map.bound { map.map.error.estimated } else { 0.0 }
 }
 
-/// Whether there are maps, and all of them are without an error.
+/// Returns whether there is at least one map and all maps are free of error.
 fn is_exact(maps: &[MapResult]) -> bool {
     let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
     !maps.is_empty() && maps.iter().all(is_known)
 }
 
-/// What the mean of a map in which no light was found is below in lx, by the number of rays for each place; `None` where light was
-/// found, and where none can be reflected, so that shadow rays tell all.
+/// Upper bound in lx on the mean of a map in which no light was found, from the number of rays per point. `None` where light was
+/// found, and where no surface reflects, so that shadow rays alone give the whole light.
 fn dark_upper_bound_lx(stage: &Stage, entries: &Entries, map: &TracedMap) -> Option<f64> {
     let weight: f64 = entries.weights.iter().sum();
     let is_dark = map.map.values.illuminance_lx.iter().all(|lx| *lx == 0.0);
@@ -349,8 +350,8 @@ fn dark_upper_bound_lx(stage: &Stage, entries: &Entries, map: &TracedMap) -> Opt
     })
 }
 
-/// Plans and computes a map until its last check meets the target, if there is one. A run that is ended on the way keeps what
-/// is nearest to the light by its own measurement, be it of an earlier attempt; `None` where it is given up with nothing to show.
+/// Plans and computes a map until its last check meets the target, if there is a target. If the run is ended in between, the
+/// attempt with the smallest upper error is kept, even an earlier one. `None` if the map is given up without any result.
 fn best_attempt<'a>(
     planner: &mut Planner<'a>,
     entries: &Entries,
@@ -379,17 +380,17 @@ fn best_attempt<'a>(
         if best.as_ref().is_none_or(|(_, before)| map.upper_error < before.upper_error) {
             best = Some((plan, map));
         }
-        // The last go is without a mesh: its error is chance alone, and needs no caution.
+        // The last attempt uses no mesh. Its error is random only and needs no margin.
         planner.by_places = attempt + 1 == MOST_ATTEMPTS;
         planner.caution = if planner.by_places { 1.0 } else { NEXT_CAUTION * planner.caution };
     }
     unreachable!("attempts end")
 }
 
-/// Whether light meshes can compute the maps that are asked for.
+/// Checks that light meshes can compute the requested maps.
 ///
 /// # Errors
-/// What of the scene they cannot compute.
+/// Fails with the part of the scene that they cannot compute.
 pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLightMesh> {
     let sets = map_requests(scene, &settings.maps).into_iter().filter_map(|(kind, _)| match kind {
         MapKind::Receivers(set) => Some(set),
@@ -398,8 +399,8 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
     check(scene, sets)
 }
 
-/// Whether a luminaire nearly touches a surface in a scene or map whose walks do not look back from what it lights: they miss
-/// the spot, and so does what checks them.
+/// Returns whether a luminaire nearly touches a surface, while the walks make no light-path connections to nearby luminaires. These
+/// walks miss the bright spot, and so does the check of the map.
 fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
     let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
@@ -415,8 +416,8 @@ mod tests {
     use crate::check::scene_from_json;
     use crate::light_mesh::NEVER;
 
-    /// A run that is ended in its second attempt shows the map of the first, which is nearer to the light by its own
-    /// measurement; what the second has by then is not (the planted fault: it would be shown without a choice).
+    /// A run that ends during its second attempt returns the map of the first attempt, which has the smaller measured error. It
+    /// does not return the unfinished result of the second (planted fault: returning it without comparison).
     #[test]
     fn a_run_that_is_cut_keeps_the_better_attempt() {
         let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
@@ -446,7 +447,7 @@ mod tests {
             let first = planner.trace(&entries, 0, &plan);
             let of_first = asked.swap(0, Ordering::Relaxed);
 
-            // Nothing meets this target, so that every attempt is followed by another.
+            // No attempt meets this target, so another attempt follows each one.
             most.store(of_first + 10, Ordering::Relaxed);
             let kept = best_attempt(&mut planner, &entries, 0, true, Some(1e-9), &mut 0);
             let (_, kept) = kept.expect("a map is kept");

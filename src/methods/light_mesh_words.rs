@@ -1,8 +1,8 @@
-//! What a run by light meshes tells of its maps.
+//! Notes and warnings of a light-mesh run about its maps.
 
 use crate::light_mesh::{DirectPlan, IndirectPlan, MapPlan, TracedMap, Why};
 
-/// That a given step gave way to shadow rays or walks, since it misses the target that was given too.
+/// Warns that shadow rays or walks replace the given step, because the step misses the target that is given too.
 pub(super) fn step_not_taken(map: &TracedMap, plan: &MapPlan) -> Vec<String> {
     let of = |part: &str, why: &Why| match why {
         Why::StepMisses(error) => Some(format!(
@@ -17,7 +17,7 @@ pub(super) fn step_not_taken(map: &TracedMap, plan: &MapPlan) -> Vec<String> {
     direct.into_iter().chain(indirect).collect()
 }
 
-/// What a user should know of how a map came about.
+/// Notes for the user on how a map was computed.
 pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize, places: usize) -> Vec<String> {
     let name = &map.map.name;
     let rays_of_all = points_of_luminaires as f64 * places as f64;
@@ -66,7 +66,7 @@ pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize,
     said
 }
 
-/// Why a mesh was left out.
+/// States why no mesh is used.
 pub(super) fn why_in_words(why: &Why) -> String {
     match why {
         Why::Cheaper(step_m) => {

@@ -1,4 +1,4 @@
-//! Methods beside the chains: from a scene and settings to a solution by light meshes and by radiosity.
+//! Methods that use no chains: light meshes and radiosity, each from scene and settings to a solution.
 
 mod light_mesh;
 mod light_mesh_words;

@@ -1,4 +1,4 @@
-//! Radiosity as a method like the others: meshes are refined until a stop rule ends the run.
+//! The radiosity method: meshes are refined until a stop rule ends the run.
 
 use std::time::Instant;
 
@@ -11,21 +11,21 @@ use crate::solver::{
 };
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
-/// A finer mesh takes some 16 times as long as the one before; a run with a time limit begins none that would end late.
+/// A finer mesh takes about 16 times as long as the one before. A run with a time limit starts no mesh that would end late.
 const NEXT_MESH_TAKES: f64 = 16.0;
-/// Meshes of which nothing can be shown yet are given up once so many times the limit and so many seconds more have passed.
+/// Meshes without any result yet are given up after the limit times `LONG_OVER` plus `PATIENCE_S` seconds.
 const LONG_OVER: f64 = 1.1;
 const PATIENCE_S: f64 = 0.5;
-/// The check of the map does not claim to see less than this part of the flux: the sums' rounding.
+/// Least relative uncertainty of the flux in the check of the map, as a part of the emitted flux: the rounding of the sums.
 const ROUNDING: f64 = 1e-9;
 
-/// Solves a room for the maps asked for.
+/// Solves a room by radiosity for the requested maps.
 ///
 /// # Errors
-/// What of the scene radiosity cannot compute, or not in the time given.
+/// Fails with the part of the scene that radiosity cannot compute, or cannot compute in the given time.
 pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, NotARoom> {
     let started = Instant::now();
-    // No rays are traced, and the building of meshes asks the clock.
+    // No rays are traced, and building the meshes already reads the clock.
     observer.ready();
     let begun_wall_s = observer.wall_s();
     let target_error =
@@ -95,7 +95,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
     })
 }
 
-/// A row of the run's history: how exact its mesh is.
+/// A row of the convergence history: the error of the mesh.
 fn judged(estimated_error: f64, wall_s: f64) -> ConvergenceRow {
     ConvergenceRow {
         wall_s,
@@ -108,7 +108,7 @@ fn judged(estimated_error: f64, wall_s: f64) -> ConvergenceRow {
     }
 }
 
-/// How far the run has come.
+/// The progress of the run for the observer.
 fn progress(estimated_error: f64, target_error: Option<f64>, wall_s: f64) -> Progress {
     Progress {
         estimated_error: Some(estimated_error),

@@ -1,22 +1,22 @@
-//! A chart's frame: scales, ticks and labels, in one style for all plots.
+//! The frame of a chart: scales, ticks and labels, in one style for all plots.
 
 use super::color::{BLACK, FAINT, SOFT};
 use super::numbers::{round_ticks, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 
-/// Size of the type of ticks and labels.
+/// Type size of ticks and labels.
 pub const TYPE: f64 = 12.0;
 /// Length of a tick.
 const TICK: f64 = 4.0;
 
-/// How numbers lie along an axis.
+/// Maps numbers to places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// At the axis' beginning.
+    /// Number at the beginning of the axis.
     pub low: f64,
-    /// At its end.
+    /// Number at the end of the axis.
     pub high: f64,
-    /// Equal ratios take equal lengths; both ends are then above 0.
+    /// Whether equal ratios take equal lengths; both ends are then above 0.
     pub logarithmic: bool,
 }
 
@@ -31,7 +31,7 @@ impl Scale {
         Scale { low, high, logarithmic: true }
     }
 
-    /// Share of the axis' length at which a number lies; outside of 0 to 1 beyond its ends.
+    /// Share of the axis' length at which a number lies; below 0 or above 1 if it lies beyond the ends.
     pub fn share(&self, number: f64) -> f64 {
         if self.logarithmic {
             return (number.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln();
@@ -39,7 +39,7 @@ impl Scale {
         (number - self.low) / (self.high - self.low)
     }
 
-    /// Number at a share of the axis' length.
+    /// The number at a share of the axis' length.
     pub fn number(&self, share: f64) -> f64 {
         if self.logarithmic {
             return self.low * (self.high / self.low).powf(share);
@@ -47,8 +47,8 @@ impl Scale {
         self.low + share * (self.high - self.low)
     }
 
-    /// Round numbers along the axis, some `most` of them: on a logarithmic one powers of ten, with their 2 and 5 where
-    /// there are few of them.
+    /// Round numbers along the axis, about `most` of them. On a logarithmic axis they are powers of ten, with intermediate
+    /// multiples (2 and 5, or 2, 3, 5 and 7) if the axis spans few decades.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         if !self.logarithmic {
             return round_ticks(self.low, self.high, most);
@@ -89,32 +89,32 @@ pub struct ChartFrame {
 }
 
 impl ChartFrame {
-    /// Where a pair of numbers lies on the page.
+    /// The point on the page for a pair of numbers.
     pub fn spot(&self, x: f64, y: f64) -> PagePoint {
         [self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height]
     }
 
-    /// Whether a spot lies within the frame.
+    /// Whether a point of the page lies within the frame.
     pub fn holds(&self, [x, y]: PagePoint) -> bool {
         (self.left - 0.5..=self.left + self.width + 0.5).contains(&x)
             && (self.top - 0.5..=self.top + self.height + 0.5).contains(&y)
     }
 
-    /// Draws grid lines, ticks, their numbers and the axes' labels. `show` writes the numbers of either axis.
+    /// Draws grid lines, ticks, their numbers and the axes' labels. `show` formats the numbers of each axis.
     pub fn draw(&self, picture: &mut Picture, labels: [&str; 2], show: [&dyn Fn(f64) -> String; 2]) {
         self.draw_x(picture, Some((labels[0], show[0])));
         self.draw_y(picture, labels[1], show[1]);
         self.draw_rim(picture);
     }
 
-    /// The same without numbers and label of the horizontal axis, which another frame below has.
+    /// The same without the numbers and label of the horizontal axis, which another frame below shows.
     pub fn draw_upper(&self, picture: &mut Picture, label: &str, show: &dyn Fn(f64) -> String) {
         self.draw_x(picture, None);
         self.draw_y(picture, label, show);
         self.draw_rim(picture);
     }
 
-    /// The same with a horizontal axis alone.
+    /// The same with a horizontal axis only.
     pub fn draw_lower(&self, picture: &mut Picture, label: &str, show: &dyn Fn(f64) -> String) {
         self.draw_x(picture, Some((label, show)));
         self.draw_rim(picture);

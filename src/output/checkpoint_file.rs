@@ -1,7 +1,7 @@
-//! A checkpoint: what a run leaves while it goes on, so that another process can go on from there.
+//! A checkpoint: the file that a run writes while it computes, so that another process can resume it.
 //!
-//! A header that tells what is run and how far it is ([`super::sealed`]), and the state in the format of the crate postcard. The file
-//! takes its name only when all of it is safely on the disk, so that there is always a whole one.
+//! The file has a header with the run and its progress ([`super::sealed`]), and the state in the format of the crate postcard. The
+//! file gets its name only when all of it is safely on the disk, so that there is always a complete one.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -24,31 +24,31 @@ const CHECKPOINTS: Format = Format {
     remedy: "name another checkpoint, or begin the run anew: luxmc solve SCENE --out DIR --checkpoint FILE",
 };
 
-/// Bytes that are written, or read, at a time.
+/// Bytes that are written or read at a time.
 const BLOCK: usize = 1 << 20;
-/// Digits of a digest before it is known.
+/// Placeholder for the digits of a digest that is not known yet.
 const NO_DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// What a checkpoint tells of itself.
+/// The header of a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CheckpointHeader {
     /// Version of the program.
     pub luxmc: String,
     /// Scene file as the user named it.
     pub scene: String,
-    /// The same from the root of the file system.
+    /// Absolute path of the scene file.
     pub scene_path: PathBuf,
-    /// What tells the scene from others.
+    /// Digest that identifies the scene.
     pub scene_digest: String,
-    /// Directory of the results from the root of the file system.
+    /// Absolute path of the directory of the results.
     pub out: PathBuf,
-    /// What the run was asked to do, as the command line keeps it.
+    /// The options of the run, as the command line keeps them.
     pub arguments: serde_json::Value,
-    /// Why the run ended; nothing as long as it goes on.
+    /// Why the run ended; `None` as long as it goes on.
     pub stop_reason: Option<String>,
-    /// Rays so far.
+    /// Number of rays so far.
     pub rays: u64,
-    /// Worst stated error of the bound maps, once it is known.
+    /// Worst stated error of the bound maps as a fraction, once it is known.
     pub estimated_error: Option<f64>,
     /// Seconds that the run has taken.
     pub wall_s: f64,
@@ -56,22 +56,22 @@ pub struct CheckpointHeader {
     pub state_sha256: String,
 }
 
-/// A checkpoint, of which the header is read.
+/// A checkpoint whose header has been read.
 #[derive(Clone, Debug)]
 pub struct CheckpointFile {
-    /// Where it lies.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it tells.
+    /// Its header.
     pub header: CheckpointHeader,
-    /// Bytes before the state.
+    /// Number of bytes before the state.
     begin: u64,
 }
 
-/// Digests what goes through it.
+/// A writer that digests the bytes that pass through it.
 struct Digesting<'a> {
     inner: &'a mut File,
     digest: Sha256,
-    /// What the system answered where it did not take them: who serialises knows only that.
+    /// The system's error if it did not accept the bytes. The serialiser itself does not pass this error on.
     refusal: &'a Cell<Option<std::io::Error>>,
 }
 
@@ -91,14 +91,14 @@ impl Write for Digesting<'_> {
     }
 }
 
-/// Writes a checkpoint in place of the one before; the digest is filled in.
+/// Writes a checkpoint in place of the previous one; the digest is filled in.
 ///
 /// # Errors
 ///
-/// The disk does not take it: the one before stays.
+/// The disk does not accept it. The previous checkpoint then stays.
 pub fn write_checkpoint(path: &Path, header: &CheckpointHeader, state: &RunState) -> std::io::Result<()> {
     let mut staged = new_file_beside(path)?;
-    // The digest is known once the state is written; the lines are as long as before then.
+    // The digest is known once the state is written. The header then has the same length as before.
     write_lines(staged.as_file_mut(), header, NO_DIGEST)?;
     let refusal = Cell::new(None);
     let to_disk = Digesting { inner: staged.as_file_mut(), digest: Sha256::new(), refusal: &refusal };
@@ -110,7 +110,7 @@ pub fn write_checkpoint(path: &Path, header: &CheckpointHeader, state: &RunState
     write_lines(staged.as_file_mut(), header, &hexadecimal(digest))?;
     staged.as_file().sync_all()?;
     staged.persist(path)?;
-    // A rename lasts once the directory is on the disk; some systems cannot do that to a directory.
+    // A rename lasts once the directory is on the disk. Some systems cannot sync a directory.
     if let Ok(directory) = File::open(folder_of(path)) {
         directory.sync_all().ok();
     }
@@ -120,7 +120,7 @@ pub fn write_checkpoint(path: &Path, header: &CheckpointHeader, state: &RunState
 fn new_file_beside(path: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".luxmc-").suffix(".tmp");
-    // Temporary files are private by default; checkpoints are for whoever may read files of this user.
+    // Temporary files are private by default. Checkpoints are readable for all who may read this user's files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder_of(path))
@@ -133,11 +133,11 @@ fn write_lines(file: &mut File, header: &CheckpointHeader, digest: &str) -> std:
     file.write_all(CHECKPOINTS.lines(&header).as_bytes())
 }
 
-/// Proves that a checkpoint can be written there.
+/// Proves that a checkpoint can be written at this path.
 ///
 /// # Errors
 ///
-/// The directory is not there or cannot be written to.
+/// The directory does not exist or is not writable.
 pub fn prove_checkpoint(path: &Path) -> std::io::Result<()> {
     let mut probe = new_file_beside(path)?;
     probe.write_all(b"luxmc")?;
@@ -159,11 +159,11 @@ pub fn read_checkpoint(path: &Path) -> Result<CheckpointFile, SealedError> {
 }
 
 impl CheckpointFile {
-    /// The state.
+    /// Reads the state.
     ///
     /// # Errors
     ///
-    /// A state that is not the one that was written.
+    /// The state is not the one that was written.
     pub fn state(&self) -> Result<KeptRun, SealedError> {
         let unreadable = |error: std::io::Error| CHECKPOINTS.unreadable(&self.path, &error);
         let damaged = |got: &str| CHECKPOINTS.damaged(&self.path, got);

@@ -1,4 +1,4 @@
-//! Inks of all plots: one perceptual scale for illuminances, and a few inks that everyone can tell apart.
+//! Inks of all plots: one perceptual scale for illuminances, and a few inks that everyone can distinguish.
 
 /// An opaque sRGB colour.
 pub type Ink = [u8; 3];
@@ -9,23 +9,23 @@ pub const BLACK: Ink = [26, 26, 26];
 pub const SOFT: Ink = [89, 89, 89];
 /// Ink of rules and grid lines.
 pub const FAINT: Ink = [217, 217, 217];
-/// Ink of what could not be computed.
+/// Ink of areas without a computed value.
 pub const GREY: Ink = [200, 200, 200];
-/// Paper.
+/// Colour of the paper.
 pub const WHITE: Ink = [255, 255, 255];
-/// Blue of what was computed (Okabe and Ito, "Color universal design", 2008).
+/// Blue of computed values (Okabe and Ito, "Color universal design", 2008).
 pub const BLUE: Ink = [0, 114, 178];
-/// Vermilion of targets and truths (the same).
+/// Vermilion of targets and true values (same source).
 pub const VERMILION: Ink = [213, 94, 0];
-/// Sky blue, green and purple of parts of what was computed (the same).
+/// Sky blue, green and purple of parts of computed values (same source).
 pub const SKY: Ink = [86, 180, 233];
 pub const GREEN: Ink = [0, 158, 115];
 pub const PURPLE: Ink = [204, 121, 167];
-/// Amber of luminaires (after the same).
+/// Amber of luminaires (adapted from the same source).
 pub const AMBER: Ink = [240, 170, 20];
 
-/// Viridis at 33 even steps: lightness rises evenly, whoever looks and however it is printed
-/// (van der Walt and Smith, "A better default colormap for Matplotlib", 2015; placed in the public domain).
+/// Viridis at 33 even steps. Lightness rises evenly for every reader and in print (van der Walt and Smith, "A better default
+/// colormap for Matplotlib", 2015; placed in the public domain).
 const VIRIDIS: [Ink; 33] = [
     [68, 1, 84],
     [71, 13, 96],
@@ -69,7 +69,7 @@ pub fn perceptual(share: f64) -> Ink {
     mixed(VIRIDIS[index], VIRIDIS[index + 1], place - index as f64)
 }
 
-/// An ink between two others: `share` of the second.
+/// A mixture of two inks, with the given share of the second.
 pub fn mixed(first: Ink, second: Ink, share: f64) -> Ink {
     std::array::from_fn(|i| (f64::from(first[i]) + share * (f64::from(second[i]) - f64::from(first[i]))).round() as u8)
 }
@@ -78,7 +78,7 @@ pub fn mixed(first: Ink, second: Ink, share: f64) -> Ink {
 mod tests {
     use super::*;
 
-    /// CIE lightness of an sRGB colour.
+    /// CIE lightness of an sRGB colour, from 0 to 100.
     fn lightness(ink: Ink) -> f64 {
         let linear = ink.map(|channel| {
             let c = f64::from(channel) / 255.0;

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::picture::PagePoint;
 
-/// Values at nodes, linear over the triangles between them.
+/// A field given by values at nodes, linear over the triangles between them.
 #[derive(Clone, Debug, Default)]
 pub struct Field {
-    /// Places of the nodes.
+    /// Positions of the nodes.
     pub nodes: Vec<PagePoint>,
     /// Value at every node.
     pub values: Vec<f64>,
@@ -18,9 +18,9 @@ pub struct Field {
 /// A line along which the field has one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isoline {
-    /// The value.
+    /// Value of the field along the line.
     pub level: f64,
-    /// Its corners; the last of a closed line repeats the first.
+    /// Points of the line; the last one of a closed line repeats the first.
     pub spots: Vec<PagePoint>,
 }
 
@@ -37,10 +37,10 @@ impl Field {
         })
     }
 
-    /// All lines of a level, each as long as it goes.
+    /// All lines of a level, each as long as possible.
     ///
-    /// A triangle with one corner on the other side of the level than the two others is crossed by one segment, from
-    /// edge to edge; segments that meet on an edge are one line.
+    /// A triangle with one corner on the other side of the level than the two others is crossed by one segment, from edge to edge.
+    /// Segments that meet on an edge form one line.
     pub fn isolines(&self, level: f64) -> Vec<Isoline> {
         let above = |node: u32| self.values[node as usize] >= level;
         let mut neighbours: HashMap<NodeEdge, Vec<NodeEdge>> = HashMap::new();
@@ -58,7 +58,7 @@ impl Field {
             }
         }
 
-        // Open lines first, from their ends; what is left then are closed ones.
+        // Open lines come first, from their ends. The remaining lines are closed.
         let ends: Vec<NodeEdge> = order.iter().copied().filter(|edge| neighbours[edge].len() == 1).collect();
         let mut lines = Vec::new();
         for start in ends.into_iter().chain(order) {
@@ -89,7 +89,7 @@ impl Field {
 }
 
 impl Isoline {
-    /// Whether the line ends where it begins.
+    /// Whether the line is closed.
     pub fn is_closed(&self) -> bool {
         self.spots.len() > 2 && self.spots.first() == self.spots.last()
     }
@@ -99,7 +99,7 @@ impl Isoline {
         self.spots.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
-    /// The line with its corners cut twice (Chaikin 1974), which moves it by less than an eighth of its pieces.
+    /// The line with its corners cut twice (Chaikin 1974), which moves it by less than an eighth of the length of its segments.
     pub fn smoothed(&self) -> Isoline {
         let once = cut_corners(&self.spots, self.is_closed());
         Isoline { level: self.level, spots: cut_corners(&once, self.is_closed()) }
@@ -122,16 +122,16 @@ fn cut_corners(spots: &[PagePoint], closed: bool) -> Vec<PagePoint> {
     cut
 }
 
-/// Distance between two spots.
+/// Distance between two points of the page.
 pub fn distance([x0, y0]: PagePoint, [x1, y1]: PagePoint) -> f64 {
     (x1 - x0).hypot(y1 - y0)
 }
 
-/// Levels on the steps 1–2–3–5 between two values; even steps where these are too few to show how light runs.
+/// Levels on the steps 1–2–3–5 between two values. If these are too few to show the course of the light, levels are evenly spaced.
 pub fn isolux_levels([low, high]: [f64; 2]) -> Vec<f64> {
     const FEWEST: usize = 4;
     const EVEN_STEPS: usize = 7;
-    // What lies nearer to an end than this share of the range is but a spot, or noise around it.
+    // A level closer to an end than this share of the range gives only a spot, or noise around it.
     let room = 0.02 * (high - low);
     let within = |level: &f64| *level > low + room && *level < high - room && *level > 0.0;
     if high <= 0.0 || high - low < 1e-3 * high {
@@ -153,7 +153,7 @@ pub fn isolux_levels([low, high]: [f64; 2]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A field over a square of cells, each cut in four.
+    /// A field over a square of cells, each divided into four triangles.
     fn field(count: u32, value: impl Fn(PagePoint) -> f64) -> Field {
         let mut field = Field::default();
         let mut node = |spot: PagePoint| {
@@ -188,7 +188,7 @@ mod tests {
         let smooth = lines[0].smoothed();
         assert!(smooth.is_closed() && (smooth.length() - std::f64::consts::PI).abs() < 0.02);
 
-        // The circle of radius 1.2 leaves the square: four arcs in its corners.
+        // The circle of radius 1.2 extends beyond the square: it leaves four arcs in the corners.
         let arcs = cone.isolines(-0.2);
         assert_eq!(arcs.len(), 4);
         assert!(arcs.iter().all(|arc| !arc.is_closed()));

@@ -1,4 +1,4 @@
-//! The error during a run against rays and seconds of computing, and the forecasts as they stood and as they came true.
+//! Plots the error during a run against rays and seconds of computing, with the forecasts and their outcome.
 
 use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
@@ -10,17 +10,17 @@ use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
 const WIDTH: f64 = 940.0;
 const HEIGHT: f64 = 572.0;
-/// Tops and heights of the panels: errors, and forecasts below them on the same axis.
+/// Top and height of each panel: the errors, and the forecasts below them on the same axis.
 const ERRORS: [f64; 2] = [96.0, 270.0];
 const FORECASTS: [f64; 2] = [384.0, 104.0];
-/// Room for the numbers and the label of the axis of the upper panels, where they are alone.
+/// Height for the numbers and label of the axis of the upper panels, if there are no forecasts below.
 const BELOW_AXIS: f64 = 36.0;
-/// Left edges of the columns, and the width of one.
+/// Left edges of the columns, and the width of a column.
 const LEFTS: [f64; 2] = [92.0, 552.0];
 const COLUMN: f64 = 360.0;
-/// Shares of the run's rays at which forecasts are shown as they stood.
+/// Shares of the run's rays at which the forecasts of that time are shown.
 const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
-/// Parts of the error are drawn down to this share of the least error or target.
+/// Parts of the error are drawn down to this multiple of the least error or target.
 const LEAST_PART: f64 = 0.2;
 
 /// One quantity that a run spends.
@@ -63,17 +63,17 @@ const PARTS: [ErrorPart; 3] = [
     ErrorPart { name: words!("discretisation"), of: |error| error.discretisation, ink: GREEN },
 ];
 
-/// A forecast as it stood when so much of the run was done.
+/// A forecast as it was when a share of the run was done.
 struct Stood<'a> {
     label: String,
     row: &'a ConvergenceRow,
 }
 
-/// The stated error of the worst bound map over rays and over seconds of computing (above), and the forecasts of the whole run as they
-/// stood during it beside what it came to (below).
+/// Draws the stated error of the worst bound map over rays and over seconds of computing (above). Below, it draws the forecasts of
+/// the whole run at several times, beside the run's actual total.
 ///
-/// In the spirit of figure 1 of Volobuev et al. on the accuracy of Monte Carlo illuminance: straight lines of slope −1/2 are what
-/// independent chains give.
+/// The style follows figure 1 of Volobuev et al. on the accuracy of Monte Carlo illuminance: independent chains give straight lines
+/// of slope −1/2.
 pub fn convergence_picture(solution: &Solution) -> Picture {
     let mut picture = Picture::new(WIDTH, HEIGHT, say!("Error against rays and time, with forecasts"));
     picture.words(Words::new(say!("How the error fell, and what was forecast"), [62.0, 26.0], 17.0).bold());
@@ -116,7 +116,7 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
     }
     draw_key(&mut picture, &parts, target.is_some(), rows.iter().any(|row| !row.judged));
     if stood.is_empty() {
-        // A run of a single look forecast nothing.
+        // A run with a single error check has no forecast.
         picture.height = FORECASTS[0] + BELOW_AXIS;
     } else {
         draw_key_of_forecasts(&mut picture, target.is_some());
@@ -124,25 +124,26 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
     picture
 }
 
-/// A count with three digits: `5.17 M`.
+/// A count with three significant digits: `5.17 M`.
 fn count(number: u64) -> String {
     let unit = 10f64.powf((number.max(1) as f64).log10().floor() - 2.0).max(1.0);
     count_tick((number as f64 / unit).round() * unit)
 }
 
-/// The parts that the error has, where it has more than one.
+/// The parts of the error, if there is more than one.
 fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static ErrorPart> {
     let judged = || rows.iter().filter(|row| row.judged);
     let shown: Vec<&ErrorPart> = PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
     if shown.len() > 1 { shown } else { Vec::new() }
 }
 
-/// The latest forecasts before so much of the run was done; where the first came later, that.
+/// For each share, the latest forecast before that share of the run was done. If the first forecast came later, it is shown under
+/// its own share.
 fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Vec::new();
     };
-    // What traces no rays goes by its time.
+    // The progress of a method without rays is measured by time.
     let done = |row: &ConvergenceRow| if last.rays > 0 { row.rays as f64 } else { row.wall_s };
     let first_share = done(first) / done(last);
     let mut stood = Vec::new();
@@ -160,7 +161,7 @@ fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
     stood
 }
 
-/// A logarithmic scale around numbers above 0, with so much room at either end.
+/// A logarithmic scale around the positive numbers, widened by the factor `room` at either end.
 fn around(numbers: impl Iterator<Item = f64>, room: f64) -> Scale {
     let (low, high) = numbers
         .filter(|number| number.is_finite() && *number > 0.0)
@@ -171,7 +172,7 @@ fn around(numbers: impl Iterator<Item = f64>, room: f64) -> Scale {
     Scale::logarithmic(low / room, high * room)
 }
 
-/// Errors and forecasts over one quantity that was spent.
+/// Errors and forecasts over one spent quantity.
 struct SpendingPanel<'a> {
     spending: &'a SpentQuantity,
     begun_s: f64,
@@ -189,7 +190,7 @@ impl SpendingPanel<'_> {
         (self.spending.forecast)(stood.row, self.begun_s)
     }
 
-    /// What the run came to.
+    /// Total of the quantity that the run spent.
     fn end(&self) -> f64 {
         self.rows.last().map_or(0.0, |row| self.spent(row))
     }
@@ -243,7 +244,7 @@ impl SpendingPanel<'_> {
         }
     }
 
-    /// A bar for each forecast, from the low to the high end of its interval.
+    /// Draws a bar for each forecast, from the low to the high end of its interval.
     fn draw_forecasts(&self, picture: &mut Picture, left: f64, x: Scale) {
         let [top, height] = FORECASTS;
         let lines = self.stood.len().max(1);
@@ -271,7 +272,7 @@ fn diamond([x, y]: PagePoint) -> Vec<PagePoint> {
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
-/// Entries of a key beside each other, each behind its sign.
+/// Key entries side by side, each after its symbol.
 struct KeyLine {
     at: PagePoint,
 }
@@ -347,7 +348,7 @@ mod tests {
         }
     }
 
-    /// Forecasts are shown as they stood at 2, 5, 20 and 50 % of the rays: by the last row before. Where the first row is later, it is
+    /// Forecasts are shown as they were at 2, 5, 20 and 50 % of the rays, by the last row before. If the first row is later, it is
     /// shown under its own share.
     #[test]
     fn forecasts_are_shown_as_they_stood() {
@@ -372,7 +373,7 @@ mod tests {
         assert_eq!([7, 12_345, 5_170_903].map(count), ["7", "12.3 k", "5.17 M"]);
     }
 
-    /// Where elements adapt, both errors are shown; an error of one part is shown once.
+    /// If elements adapt, both errors are shown. An error with a single part is shown once.
     #[test]
     fn parts_of_the_error_are_shown_where_there_are_some() {
         let mut rows = [row(10, 0.1, 20.0)];

@@ -1,4 +1,4 @@
-//! Daylight factors: their table as a file and for the report.
+//! Tables of daylight factors: a file, and the table of the report.
 
 use serde_json::{Value, json};
 
@@ -16,11 +16,11 @@ use crate::maps::{
 use crate::scene::Scene;
 use crate::solver::Solution;
 
-/// Behind the columns of `receivers.csv` and `tables.csv` where all light is the sky's.
+/// Columns that `receivers.csv` and `tables.csv` have in addition if all light comes from the sky.
 pub(super) const DAYLIGHT_FACTOR_COLUMNS: &[&str] =
     &["daylight_factor_percent", "daylight_factor_standard_error_percent"];
 
-/// Components of the daylight factor, in files of runs and of years.
+/// Columns of the components of the daylight factor, in files of runs and of years.
 pub(super) const COMPONENT_COLUMNS: [&str; 6] = [
     "sky_component_percent",
     "sky_component_standard_error_percent",
@@ -49,11 +49,11 @@ const COLUMNS: &[&str] = &[
     "minimum_target_certainty",
 ];
 
-/// `daylight.csv`, where there is something to put in.
+/// Makes `daylight.csv`; `None` if there are no daylight factors.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
     let factors = daylight_factors(scene, solution);
     if factors.is_empty() {
@@ -72,7 +72,7 @@ fn columns() -> Vec<&'static str> {
     [COLUMNS, &COMPONENT_COLUMNS, &["share_without_sky", "share_without_sky_standard_error"]].concat()
 }
 
-/// What stands in the columns behind the set's name; `None` where it is not known.
+/// The values of the columns after the set's name; `None` for an unknown value.
 fn numbers(set: &DaylightFactors) -> Vec<Option<f64>> {
     let both = |estimate: Estimate| [estimate.value, estimate.standard_error].map(Some);
     let mut numbers = vec![Some(set.outside_lx)];
@@ -93,7 +93,7 @@ fn number_or_nothing<'a>(number: Option<f64>) -> SheetCell<'a> {
     number.map_or(SheetCell::Text(""), SheetCell::Number)
 }
 
-/// What `summary.json` tells: an object a set, whose keys are the columns of `daylight.csv`.
+/// The entries of `summary.json`: one object for each set, whose keys are the columns of `daylight.csv`.
 pub(super) fn daylight_entries(scene: &Scene, solution: &Solution) -> Vec<Value> {
     let entry = |set: &DaylightFactors| {
         let names = columns().into_iter().map(str::to_owned);
@@ -103,7 +103,8 @@ pub(super) fn daylight_entries(scene: &Scene, solution: &Solution) -> Vec<Value>
     daylight_factors(scene, solution).iter().map(entry).collect()
 }
 
-/// Behind the row of a receiver set in `tables.csv` its mean daylight factor and components in %, each with its error; nothing where there are none.
+/// Mean daylight factor and its components in %, each with its error, to extend a receiver set's row of `tables.csv`. Empty cells
+/// if the row has none.
 pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<SheetCell<'static>> {
     let is_set = matches!(row.kind, TableKind::Grid | TableKind::Points);
     let Some(set) = factors.iter().find(|set| is_set && set.name == row.name) else {
@@ -119,7 +120,7 @@ pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<Sh
     estimates.flat_map(both).map(number_or_nothing).collect()
 }
 
-/// Behind a point's daylight factor its components in %; nothing where they are not known.
+/// Components of a point's daylight factor in %, each with its error; empty cells if they are unknown.
 pub(super) fn component_fields(values: &MapValues, index: usize, outside_lx: f64) -> [SheetCell<'static>; 6] {
     let Some(components) = values.sky_components_lx.get(index) else {
         return [const { SheetCell::Text("") }; 6];
@@ -128,7 +129,7 @@ pub(super) fn component_fields(values: &MapValues, index: usize, outside_lx: f64
     std::array::from_fn(|place| SheetCell::Number(100.0 * numbers[place / 2][place % 2] / outside_lx))
 }
 
-/// The report's table; empty where there are no daylight factors.
+/// The report's table; empty if there are no daylight factors.
 pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
     let factors = daylight_factors(scene, solution);
     let Some(first) = factors.first() else {
@@ -177,7 +178,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
     )
 }
 
-/// Percents with their error, as the plots tell them; what lies under its own error by a bound.
+/// A percentage with its error, formatted as in the plots. A value below its own error is shown as an upper bound.
 fn percents_cell(percents: Estimate) -> String {
     if percents.is_known() || percents.standard_error <= 0.0 {
         return percents_with_error(percents, with_error);
@@ -185,7 +186,7 @@ fn percents_cell(percents: Estimate) -> String {
     escaped(&percents_with_error(percents, |value, _| value.to_owned()))
 }
 
-/// Mean components of the daylight factor; empty where they are not known.
+/// Table of mean components of the daylight factor; empty if they are unknown.
 fn component_table(factors: &[DaylightFactors]) -> String {
     let without = say!("Area without sky<small>sky component below {}%</small>", tick(NO_SKY_PERCENT));
     let mut table = HtmlTable::new(

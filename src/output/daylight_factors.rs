@@ -5,7 +5,7 @@ use crate::maps::DaylightFactors;
 use crate::scene::{Quantity, Scene};
 use crate::solver::Solution;
 
-/// Daylight factors of the receiver sets that are planes; none where there is other light than the sky's.
+/// Daylight factors of the receiver sets that are planes; none if there is other light than that of the sky.
 pub fn daylight_factors(scene: &Scene, solution: &Solution) -> Vec<DaylightFactors> {
     let Some((outside_lx, targets)) = scene.daylight() else {
         return Vec::new();

@@ -8,13 +8,13 @@ use super::picture::Picture;
 use super::texts::say;
 use crate::maps::{DaylightFactors, Estimate, MapResult, MapValues, NO_SKY_PERCENT};
 
-/// Daylight factors in % along which lines run.
+/// Levels of the lines of equal daylight factor, in %.
 pub(super) const LEVELS_PERCENT: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
-/// The same of sky components.
+/// Levels of the lines of equal sky component, in %.
 const SKY_LEVELS_PERCENT: [f64; 8] = [NO_SKY_PERCENT, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 
-/// False colours with lines of equal daylight factor, and what EN 17037 asks for.
+/// Draws false colours with lines of equal daylight factor, and the values that EN 17037 requires.
 pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &str) -> Picture {
     let mut shown = map.clone();
     let in_percent = |lx: f64| 100.0 * lx / factors.outside_lx;
@@ -37,18 +37,18 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     picture
 }
 
-/// What a plot of percents on a grid tells beside them.
+/// The texts and line levels of a plot of percentages on a grid.
 pub(super) struct PercentWords<'a> {
     pub title: &'a str,
     pub remark: &'a str,
-    /// Means and the like, with their errors.
+    /// Means and similar values, with their errors.
     pub numbers: String,
-    /// Values along which lines run, where the grid has them.
+    /// Levels of lines, of which those within the grid's range are drawn.
     pub levels: &'a [f64],
     pub note: &'a str,
 }
 
-/// False colours of percents at the points of a grid.
+/// Draws percentages at the points of a grid in false colours.
 pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
     let (layout, mut picture) = MapLayout::of(flat);
     let rest = head(&mut picture, flat, words.title, words.remark);
@@ -61,7 +61,7 @@ pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
     picture
 }
 
-/// The same of sky components: the first line is the no-sky line, beyond which hardly any sky is seen.
+/// The same for sky components. The first line is the no-sky line, beyond which hardly any sky is visible.
 pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], note: &str) -> Picture {
     let told = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", percents_with_error(*mean, plus_minus));
     percent_picture(
@@ -76,7 +76,7 @@ pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], 
     )
 }
 
-/// The sky components of a map as one of their own, in %, for the drawing; `None` where they are not known.
+/// The sky components of a map, in %, as a map for drawing; `None` if they are unknown.
 pub(super) fn sky_component_map(map: &MapResult, outside_lx: f64) -> Option<MapResult> {
     let components = &map.values.sky_components_lx;
     if components.is_empty() {

@@ -1,4 +1,4 @@
-//! The directory that takes the results: proven writable before the run, filled in one go after it.
+//! The directory for the results: proven writable before the run, and filled in one step after it.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,8 +12,8 @@ use super::radiance_grids::GRIDS_INFO;
 use super::texts::{in_language, language};
 use super::{OutputError, ResultFile, StreamedFile};
 
-/// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
-/// on top.
+/// Names of luxmc's result files. Plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
+/// in addition.
 const OWN_NAMES: &[&str] = &[
     "elements.csv",
     "receivers.csv",
@@ -35,49 +35,49 @@ const OWN_NAMES: &[&str] = &[
     "year-hours.csv",
     GRIDS_INFO,
 ];
-/// Bytes that are written at a time.
+/// Number of bytes that are written at a time.
 const BLOCK: usize = 1 << 20;
-/// How names begin and end that files bear until all of a run are on the disk, and those that are written one by one.
+/// Beginnings and end of temporary names: for the staged files of a run, and for files that are written one by one.
 const STAGED: &str = ".luxmc-result-";
 const WRITTEN: &str = ".luxmc-";
 const TEMPORARY: &str = ".tmp";
-/// The file whose presence says that the others are complete.
+/// The file whose presence shows that the others are complete.
 const SUMMARY: &str = "summary.json";
 
-/// Files on the disk under temporary names, closed, with those that they are to bear: of thousands of them the system would not let all be
-/// open. They go where nobody [takes](ResultDirectory::take) them.
+/// Closed files on the disk under temporary names, each with its final name. The system would not allow thousands of them to be
+/// open. They are removed unless a directory [takes](ResultDirectory::take) them.
 #[derive(Debug, Default)]
 pub struct StagedFiles(Vec<(String, TempPath)>);
 
 /// A directory for the results of one run.
 ///
-/// Files are staged under temporary names, and appear under their own only when all are safely on the disk;
-/// `summary.json` comes last.
+/// Files are staged under temporary names. They appear under their own names only when all are safely on the disk; `summary.json`
+/// comes last.
 #[derive(Debug)]
 pub struct ResultDirectory {
     path: PathBuf,
-    /// Held as long as the run lasts, where the system can lock a directory; the system lets go of it with the process.
+    /// Lock that is held as long as the run lasts, if the system can lock a directory. The system releases it with the process.
     _lock: Option<std::fs::File>,
     staged: StagedFiles,
-    /// Whether it was made for this run.
+    /// Whether the directory was made for this run.
     is_new: bool,
     _opened: Opened,
-    /// What it took to put a file on the disk.
+    /// Time that it took to write a file to the disk.
     probe: Duration,
 }
 
 impl ResultDirectory {
-    /// Makes the directory where it is missing, and proves that files can be made in it.
+    /// Makes the directory if it is missing, and proves that files can be made in it.
     ///
     /// # Errors
     ///
-    /// A path that is no directory, cannot be made, cannot be written to, or is being written to by another run.
+    /// A path that is no directory, cannot be made, cannot be written to, or receives another run's results.
     pub fn open(path: &Path) -> Result<ResultDirectory, OutputError> {
         let is_new = !path.exists();
         make(path)?;
         let lock = locked(path)?;
         if lock.is_some() {
-            // Nobody else writes results here: these are of a run that was killed.
+            // With the lock held, nobody else writes here: staged files are left over from a run that was killed.
             remove_staged(path);
         }
         let opened = Opened::new(path);
@@ -96,7 +96,7 @@ impl ResultDirectory {
         Ok(ResultDirectory { path, _lock: lock, staged, is_new, _opened: opened, probe })
     }
 
-    /// Takes a directory that was made for a run without results away again.
+    /// Removes a directory that was made for a run without results.
     pub fn withdraw(self) {
         let ResultDirectory { path, staged, is_new, .. } = self;
         drop(staged);
@@ -105,12 +105,12 @@ impl ResultDirectory {
         }
     }
 
-    /// What it took to put a file of a few bytes on the disk, and to take it away again.
+    /// Time that it took to write a file of a few bytes to the disk and to remove it.
     pub fn took_a_file(&self) -> Duration {
         self.probe
     }
 
-    /// Where the results go.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -120,31 +120,31 @@ impl ResultDirectory {
         self.staged.0.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Puts a file on the disk under a temporary name.
+    /// Writes a file to the disk under a temporary name.
     ///
     /// # Errors
     ///
-    /// The disk does not take it; nothing of it is left.
+    /// The disk does not accept it; no part of it is left.
     pub fn stage(&mut self, file: &ResultFile) -> Result<(), OutputError> {
         self.stage_streamed(&StreamedFile::of(file))
     }
 
-    /// Puts a file on the disk under a temporary name while it is made.
+    /// Writes a file to the disk under a temporary name while its content is made.
     ///
     /// # Errors
     ///
-    /// As [`ResultDirectory::stage`], and a number that no table holds.
+    /// As [`ResultDirectory::stage`], and a number that no table may hold.
     pub fn stage_streamed(&mut self, file: &StreamedFile) -> Result<(), OutputError> {
         let staged = self.on_disk(file)?;
         self.staged.0.push((file.name.clone(), staged));
         Ok(())
     }
 
-    /// Puts files on the disk under temporary names, on as many threads as there are.
+    /// Writes files to the disk under temporary names, on all threads.
     ///
     /// # Errors
     ///
-    /// As [`ResultDirectory::stage_streamed`]; of several the first, and then nothing of all of them is left.
+    /// As [`ResultDirectory::stage_streamed`], for the first file that fails. No file is left then.
     pub fn written(&self, files: &[StreamedFile]) -> Result<StagedFiles, OutputError> {
         let spoken = language();
         let write =
@@ -154,7 +154,7 @@ impl ResultDirectory {
         written.into_iter().collect::<Result<Vec<_>, _>>().map(StagedFiles)
     }
 
-    /// Takes files for the results, in the order in which they are to get their names.
+    /// Adds files to the results, in the order in which they get their names.
     pub fn take(&mut self, files: StagedFiles) {
         self.staged.0.extend(files.0);
     }
@@ -164,28 +164,28 @@ impl ResultDirectory {
         let mut writer = std::io::BufWriter::with_capacity(BLOCK, staged.as_file_mut());
         let unwritable = |error: &std::io::Error| super::streamed::unwritable(&file.name, error);
         let written = file.write_to(&mut writer).and_then(|()| writer.flush().map_err(|error| unwritable(&error)));
-        // What is left in the buffer of a file that is not taken is left out of it.
+        // If a write failed, the rest of the buffer is dropped and not written.
         drop(writer.into_parts());
         let synced = written.and_then(|()| staged.as_file().sync_all().map_err(|error| unwritable(&error)));
         synced.map_err(|error| error.within(&self.path))?;
         Ok(staged.into_temp_path())
     }
 
-    /// Gives all staged files their names, in the order in which they were staged.
+    /// Gives all staged files their names, in the order of staging.
     ///
-    /// Files that an earlier run lists in its summary and that this one does not write are removed, so that a
-    /// directory never mixes two runs; whatever else lies there stays.
+    /// Files that an earlier run lists in its summary and that this one does not write are removed, so that a directory never mixes
+    /// two runs. All other files stay.
     ///
     /// # Errors
     ///
-    /// A file cannot be renamed; what has not been renamed yet leaves nothing behind.
+    /// A file cannot be renamed. Files that have not been renamed yet leave nothing behind.
     pub fn commit(self) -> Result<(), OutputError> {
         for (name, _) in &self.staged.0 {
             refuse_directory(&self.path.join(name))?;
         }
         let stale = files_of_an_earlier_run(&self.path);
 
-        // From here on the directory is in between two runs: no summary stands in it.
+        // From here on the directory is between two runs and has no summary.
         remove(&self.path.join(SUMMARY))?;
         for name in stale.iter().filter(|name| self.staged.0.iter().all(|(staged, _)| staged != *name)) {
             remove(&self.path.join(name))?;
@@ -197,8 +197,8 @@ impl ResultDirectory {
                 .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
         }
 
-        // A rename lasts once the directory is on the disk. Some systems cannot do that to a directory; the files
-        // themselves are safe by now.
+        // A rename lasts once the directory is on the disk. Some systems cannot sync a directory; the files themselves are safe by
+        // now.
         if let Ok(directory) = std::fs::File::open(&self.path) {
             directory.sync_all().ok();
         }
@@ -206,7 +206,7 @@ impl ResultDirectory {
     }
 }
 
-/// Writes files into a directory, which is made where it is missing; each appears whole or not at all.
+/// Writes files into a directory, which is made if it is missing. Each file appears complete or not at all.
 ///
 /// # Errors
 ///
@@ -228,9 +228,9 @@ pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputE
     Ok(())
 }
 
-/// Makes a directory where it is missing.
+/// Makes a directory if it is missing.
 fn make(path: &Path) -> Result<(), OutputError> {
-    // The system says of a link that leads nowhere only that it exists.
+    // For a dangling link the system reports only that it exists.
     if let (Ok(target), false) = (std::fs::read_link(path), path.exists()) {
         return Err(OutputError::Unwritable {
             path: path.to_path_buf(),
@@ -250,7 +250,7 @@ fn make(path: &Path) -> Result<(), OutputError> {
     std::fs::create_dir_all(path).map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))
 }
 
-/// Keeps a second run out of the directory; systems that cannot lock one let it be.
+/// Keeps a second run out of the directory, on systems that can lock one.
 fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
     let Ok(directory) = std::fs::File::open(path) else { return Ok(None) };
     match directory.try_lock() {
@@ -266,7 +266,7 @@ fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
 /// Directories that are open for results.
 static OPENED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Tells of a directory that it is open as long as it lasts.
+/// Keeps a directory in the list `OPENED` during its lifetime.
 #[derive(Debug)]
 struct Opened(PathBuf);
 
@@ -286,14 +286,14 @@ impl Drop for Opened {
     }
 }
 
-/// Removes files that have not got their names yet, for a process that ends at once: nothing else would.
+/// Removes files without their final names, for a process that ends at once and runs no destructors.
 pub fn remove_unfinished_results() {
     if let Ok(opened) = OPENED.try_lock() {
         opened.iter().for_each(|path| remove_staged(path));
     }
 }
 
-/// Removes what is staged in a directory, as far as the system lets it.
+/// Removes the staged files of a directory, as far as the system permits.
 fn remove_staged(directory: &Path) {
     let Ok(entries) = std::fs::read_dir(directory) else {
         return;
@@ -307,7 +307,7 @@ fn temporary(directory: &Path, prefix: &str) -> Result<NamedTempFile, OutputErro
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(TEMPORARY);
 
-    // Temporary files are private by default; results are for whoever may read files of this user.
+    // Temporary files are private by default. Results are readable for all who may read this user's files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder
@@ -332,7 +332,7 @@ fn remove(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Files that an earlier run's summary lists, of those that bear a name that luxmc gives.
+/// Files that an earlier run's summary lists, if their names are names of luxmc's results.
 fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
     let Ok(bytes) = std::fs::read(directory.join(SUMMARY)) else {
         return Vec::new();
@@ -371,8 +371,8 @@ mod tests {
         names
     }
 
-    /// Files of a run that ended in the middle go when it ends in words, and else with the next run; a file that another program left,
-    /// or a checkpoint in the making, stays.
+    /// The staged files of an interrupted run are removed when it ends with a message, or else by the next run. A file of another
+    /// program, or an unfinished checkpoint, stays.
     #[test]
     fn what_a_killed_run_left_is_removed() {
         let home = tempfile::tempdir().expect("a temporary directory");
@@ -387,7 +387,7 @@ mod tests {
         remove_staged(home.path());
         assert_eq!(listing(home.path()), others);
         directory.stage(&file("receivers.csv", "old")).expect("staged");
-        // A process that is killed drops nothing.
+        // A killed process runs no destructors.
         directory.staged.0.drain(..).for_each(|(_, staged)| drop(staged.keep().expect("kept")));
         drop(directory);
         assert!(!is_told());
@@ -416,8 +416,8 @@ mod tests {
         assert!(listing(&path).is_empty());
     }
 
-    /// Files that several threads write are there in the order in which they were named, in the language spoken; where one is not taken, none of
-    /// them stays.
+    /// Files that several threads write are in the order in which they were named, in the current language. If one file fails, none
+    /// of them stays.
     #[test]
     fn files_written_at_a_time_keep_their_order_or_leave_nothing() {
         let home = tempfile::tempdir().expect("a temporary directory");
@@ -439,7 +439,7 @@ mod tests {
         assert_eq!(std::fs::read_to_string(home.path().join("map-7.svg")).expect("there"), "de");
     }
 
-    /// Files are closed once they are staged: a system lets a process hold a thousand open, or less, and each receiver set may bring some.
+    /// Staged files are closed: a system lets a process open a thousand files or fewer, and each receiver set may bring some.
     #[cfg(target_os = "linux")]
     #[test]
     fn staged_files_are_not_kept_open() {

@@ -1,4 +1,4 @@
-//! LENI for the report and `summary.json`.
+//! LENI (lighting energy) for the report and `summary.json`.
 
 use serde_json::{Value, json};
 
@@ -7,7 +7,7 @@ use super::schedule::{Power, floor_area_m2};
 use super::texts::say;
 use crate::scene::{Energy, Scene};
 
-/// What a year's lighting takes for each m² in kWh, with what it was made of: area in m², installed power in W.
+/// Lighting energy of a year in kWh/m², with its basis: area in m² and installed power in W.
 fn leni(scene: &Scene) -> Option<(Energy, f64, f64, f64)> {
     let energy = scene.energy?;
     let (power, area_m2) = (Power::of(scene), energy.area_m2.unwrap_or_else(|| floor_area_m2(scene)));
@@ -15,7 +15,7 @@ fn leni(scene: &Scene) -> Option<(Energy, f64, f64, f64)> {
     is_known.then(|| (energy, area_m2, power.known_w, energy.leni_kwh_m2(power.known_w, area_m2)))
 }
 
-/// A paragraph of the report; empty where the scene does not ask for it or a power is unknown.
+/// A paragraph of the report; empty if the scene does not request it or a power is unknown.
 pub(super) fn energy_words(scene: &Scene) -> String {
     let Some((energy, area_m2, installed_w, leni_kwh_m2)) = leni(scene) else { return String::new() };
     let words = say!(
@@ -34,7 +34,7 @@ pub(super) fn energy_words(scene: &Scene) -> String {
     format!("<p>{words}</p>\n")
 }
 
-/// The entry of `summary.json`; null where the scene does not ask for it.
+/// The entry of `summary.json`; null if the scene does not request it.
 pub(super) fn energy_entry(scene: &Scene) -> Value {
     let Some(energy) = scene.energy else { return Value::Null };
     let found = leni(scene);

@@ -1,4 +1,4 @@
-//! Why results could not be written.
+//! Errors of writing results.
 
 use std::path::PathBuf;
 
@@ -10,11 +10,11 @@ pub enum OutputError {
     Unwritable {
         /// Directory or file.
         path: PathBuf,
-        /// What was tried.
+        /// The action that failed.
         what: &'static str,
-        /// What the system answered.
+        /// The answer of the system.
         got: String,
-        /// What to do about it.
+        /// The remedy.
         remedy: &'static str,
     },
     /// A number that no table may hold.
@@ -34,7 +34,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// The same of a file that is known by its name in a directory.
+    /// The same error with the file's path completed by its directory.
     pub(super) fn within(self, directory: &std::path::Path) -> OutputError {
         match self {
             OutputError::Unwritable { path, what, got, remedy } => {

@@ -1,4 +1,4 @@
-//! Grids and flat surfaces laid out in a plane: what a map plot draws.
+//! Grids and flat surfaces in their plane, as map plots draw them.
 
 use std::collections::HashMap;
 
@@ -11,16 +11,16 @@ use crate::maps::{Estimate, MapKind, MapResult, TableKind, TableRow};
 use crate::scene::elements::part_corners;
 use crate::scene::{Elements, Quantity, ReceiverLayout, ReceiverSet, Scene, Side, SurfaceId};
 
-/// Pieces that the sloped elements of a surface are drawn in, about.
+/// Approximate number of pieces in which the sloped elements of a surface are drawn.
 const MOST_PIECES: f64 = 8_000.0;
-/// Triangles whose unit normals differ by less than this lie in one plane: rounding of f64 coordinates stays far below.
+/// Triangles lie in one plane if their unit normals differ by less than this. Rounding of f64 coordinates stays far below.
 const FLAT_NORMAL: f64 = 1e-6;
-/// Corners off the plane by less than this share of the surface's size lie in it.
+/// A corner lies in the plane if its distance from it is below this share of the surface's size.
 const FLAT_OFFSET: f64 = 1e-6;
-/// A direction that differs from an axis by less than this runs along it.
+/// A direction runs along an axis if it differs from it by less than this.
 const ALONG_AXIS: f64 = 1e-9;
 
-/// An axis of a plane: what it is called, and which number stands at a coordinate.
+/// An axis of a plane: its label, and the number at each coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneAxis {
     /// Label with its unit.
@@ -41,20 +41,20 @@ impl PlaneAxis {
     }
 }
 
-/// A plane as it is looked at: horizontal ones from above with x to the right and y up, as plans are drawn; upright
-/// ones from the side that is lit, z up.
+/// A plane in the view of its drawing. Horizontal planes are seen from above with x to the right and y up, as plans are drawn.
+/// Upright planes are seen from the lit side, with z up.
 #[derive(Clone, Debug)]
 pub struct Plane {
     right: DVec3,
     up: DVec3,
     /// Horizontal and vertical axis of the drawing.
     pub axes: [PlaneAxis; 2],
-    /// Where it lies and how it is looked at, in words.
+    /// Position and view of the plane, in words.
     pub view: String,
 }
 
 impl Plane {
-    /// The plane through a point with a normal; `corners_m` are drawn in it.
+    /// The plane through `corners_m` with a normal.
     fn new(normal: DVec3, corners_m: impl Iterator<Item = DVec3>) -> Plane {
         let corners_m: Vec<DVec3> = corners_m.collect();
         let first_m = corners_m.first().copied().unwrap_or(DVec3::ZERO);
@@ -79,7 +79,7 @@ impl Plane {
         Plane { right, up, axes, view: say!("{}; seen from its lit side", place) }
     }
 
-    /// Coordinates of a point in m.
+    /// Coordinates of a point in the plane, in m.
     pub fn spot(&self, point_m: DVec3) -> PagePoint {
         [point_m.dot(self.right), point_m.dot(self.up)]
     }
@@ -105,7 +105,7 @@ fn trim(length_m: f64) -> String {
 pub struct FlatCell {
     /// Corners in m.
     pub ring: Vec<PagePoint>,
-    /// Illuminance in lx; `None` inside of a solid and under one that stands there.
+    /// Illuminance in lx; `None` inside a solid or under contact with one.
     pub illuminance_lx: Option<f64>,
 }
 
@@ -114,11 +114,11 @@ pub struct FlatCell {
 pub struct FlatPoint {
     /// Column and row.
     pub place: [u32; 2],
-    /// Where, in m.
+    /// Position in m.
     pub spot: PagePoint,
     /// Illuminance in lx.
     pub illuminance_lx: f64,
-    /// Its standard error.
+    /// Standard error in lx.
     pub standard_error_lx: f64,
 }
 
@@ -132,19 +132,19 @@ impl FlatPoint {
 /// Illuminance on a grid or on one side of a flat surface.
 #[derive(Clone, Debug)]
 pub struct FlatMap<'a> {
-    /// Grid or surface side.
+    /// Table row of the grid or surface side.
     pub row: &'a TableRow,
-    /// What is shown.
+    /// The quantity that is shown.
     pub quantity: Quantity,
-    /// How it is looked at.
+    /// The plane and its view.
     pub plane: Plane,
     /// Its cells.
     pub cells: Vec<FlatCell>,
-    /// Values between which isolux lines run, places in m.
+    /// Values between which isolux lines run; positions in m.
     pub field: Field,
-    /// Points of a grid that do not lie inside of solids; none of a surface.
+    /// Points of a grid that are not inside solids; empty for a surface.
     pub points: Vec<FlatPoint>,
-    /// What is counted: `32 × 24 points`, `480 elements`.
+    /// Words for the number of points or elements: `32 × 24 points`, `480 elements`.
     pub count: String,
     /// The map's stated error as a fraction.
     pub estimated_error: f64,
@@ -164,7 +164,7 @@ impl FlatMap<'_> {
     }
 }
 
-/// What a receiver asks for, in words.
+/// Name of a receiver's quantity, in words.
 pub fn quantity_words(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Perpendicular => words!("Illuminance"),
@@ -176,7 +176,7 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
     }
 }
 
-/// Unit of an illuminance, as legends tell it.
+/// Unit of an illuminance, as in legends.
 pub fn unit_words(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Cylindrical => say!("lx, cylindrical"),
@@ -185,7 +185,7 @@ pub fn unit_words(quantity: Quantity) -> &'static str {
     }
 }
 
-/// What receives the light at the points of a grid, where that is not the grid's own plane.
+/// Describes what receives the light at the points of a grid, unless it is the grid's own plane.
 fn receiving_words(set: &ReceiverSet, normal: DVec3) -> Option<String> {
     let towards = |direction: DVec3| {
         let named = [
@@ -213,7 +213,7 @@ fn receiving_words(set: &ReceiverSet, normal: DVec3) -> Option<String> {
     }
 }
 
-/// The flat map of a grid; `None` for points in no order.
+/// The flat map of a grid; `None` for receivers that form no grid.
 pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     let MapKind::Receivers(set) = map.kind else { return None };
     let set = &scene.receivers[set];
@@ -230,7 +230,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
         };
     }
 
-    // Every point stands for a cell as wide as the distance of the points.
+    // Every point represents a cell whose sides equal the distances between points.
     let half = |span_m: DVec3, count: u32| 0.5 * span_m / f64::from(count.max(2) - 1);
     let (half_u_m, half_v_m) = (half(u_m, columns), half(v_m, rows));
     let corners_m = |middle_m: DVec3| {
@@ -260,7 +260,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     })
 }
 
-/// Bilinear between the points: every square of four is cut in four triangles about its middle.
+/// Bilinear field between the points: every square of four is divided into four triangles about its middle.
 fn grid_field(plane: &Plane, map: &MapResult, set: &ReceiverSet, columns: u32, rows: u32) -> Field {
     let mut field = Field {
         nodes: set.points.iter().map(|point| plane.spot(point.position_m)).collect(),
@@ -286,17 +286,17 @@ fn grid_field(plane: &Plane, map: &MapResult, set: &ReceiverSet, columns: u32, r
     field
 }
 
-/// The rows of surfaces' sides in a map's tables, by surface and side: there may be a hundred thousand of them.
+/// The rows of surface sides in a map's tables, by surface and side. There may be a hundred thousand of them.
 pub struct RowsOfSides<'a>(HashMap<(&'a str, &'a str), &'a TableRow>);
 
 impl<'a> RowsOfSides<'a> {
-    /// Those of a map.
+    /// Indexes the rows of a map.
     pub fn of(map: &'a MapResult) -> RowsOfSides<'a> {
         RowsOfSides(map.tables.iter().rev().map(|row| ((row.name.as_str(), row.side), row)).collect())
     }
 }
 
-/// The sides of a flat surface that light reaches, each as a flat map; none of a curved one.
+/// The flat maps of a flat surface's lit sides; none for a curved surface.
 pub fn surface_maps<'a>(
     scene: &Scene,
     elements: &Elements,
@@ -338,7 +338,7 @@ fn side_map<'a>(
             let corners = elements.corners_m(scene, element);
             let area_m2 = elements.area_m2(scene, element) / f64::from(pieces * pieces);
             for piece in 0..pieces * pieces {
-                // A sloped element is drawn in pieces, each in the colour of its middle.
+                // A sloped element is drawn in pieces, each in the colour of the value at its middle.
                 let inner = part_corners(pieces, piece);
                 let middle = [0, 1].map(|k| (inner[0][k] + inner[1][k] + inner[2][k]) / 3.0);
                 let ring = inner.map(|[u, v]| {
@@ -363,8 +363,8 @@ fn side_map<'a>(
     }
 }
 
-/// Linear over the elements, between their corners; a corner has the mean of the elements around it. Where the elements on
-/// the other side of an edge are finer, their corners on that edge count too, so that lines run on.
+/// The field of a surface: linear over the elements, between their corners. A corner has the mean of the elements around it. If the
+/// elements on the other side of an edge are finer, their corners on that edge count too, so that lines continue.
 fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
     let mut nodes = PlaneCorners::of(cells);
     let mut weights: Vec<f64> = Vec::new();
@@ -407,7 +407,7 @@ fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
     field
 }
 
-/// Corners by place; those that f64 rounding alone parts are one.
+/// Corners by position. Corners that differ only by f64 rounding are one.
 struct PlaneCorners {
     field: Field,
     places: HashMap<[i64; 2], u32>,
@@ -435,11 +435,11 @@ impl PlaneCorners {
         })
     }
 
-    /// Nodes inside of an edge, in order: elements are halved and halved again, so that they stand at midpoints.
+    /// Collects the nodes inside an edge, in order. Elements are repeatedly halved, so nodes lie at midpoints.
     fn on_edge(&self, [from, to]: [u32; 2], field: &Field, found: &mut Vec<u32>) {
         let [a, b] = [from, to].map(|node| field.nodes[node as usize]);
         let [x, y] = self.place([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
-        // The middle of two rounded places may fall on either side of a half.
+        // The midpoint of two rounded positions may round to either side.
         let near = [0, -1, 1].into_iter().flat_map(|i| [0, -1, 1].map(|j| [x + i, y + j]));
         let Some(middle) = near.filter_map(|place| self.places.get(&place)).next().copied() else {
             return;
@@ -452,7 +452,7 @@ impl PlaneCorners {
     }
 }
 
-/// The normal of a surface whose triangles all lie in one plane and face one way.
+/// The normal of a surface, if all its triangles lie in one plane and face one way.
 pub fn flat_normal(scene: &Scene, surface: SurfaceId) -> Option<DVec3> {
     let triangles = scene.surfaces[surface as usize].triangles.clone();
     let first = triangles.start;
@@ -475,9 +475,9 @@ pub fn flat_normal(scene: &Scene, surface: SurfaceId) -> Option<DVec3> {
 mod tests {
     use super::*;
 
-    /// A square of two triangles, one of which is cut in four and one of these again: every edge inside of the square
-    /// belongs to two triangles of the field, so that no line ends there, and to one alone where the cut is left out
-    /// (the planted fault).
+    /// A square of two triangles; one is divided into four, and one of these again. Every edge inside the square then belongs to
+    /// two triangles of the field, so that no line ends there. If the division is left out (the planted fault), some edges belong
+    /// to one triangle only.
     #[test]
     fn fields_have_no_gaps_where_fine_elements_meet_coarse_ones() {
         let cut = |ring: [PagePoint; 3]| -> Vec<[PagePoint; 3]> {

@@ -1,7 +1,7 @@
-//! The font that comes with the program: widths for setting text, outlines for pictures in pixels.
+//! The bundled font: widths for text layout, and outlines for pixel pictures.
 //!
-//! Arimo has the widths of Helvetica, Arial and Liberation Sans, so that text set by it also fits where an SVG viewer
-//! puts one of these in its place.
+//! Arimo has the widths of Helvetica, Arial and Liberation Sans. Text laid out with it also fits if an SVG viewer uses one of these
+//! instead.
 
 use std::sync::OnceLock;
 
@@ -10,23 +10,23 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 const REGULAR: &[u8] = include_bytes!("font/Arimo-Regular.ttf");
 const BOLD: &[u8] = include_bytes!("font/Arimo-Bold.ttf");
 
-/// Families that an SVG viewer may take, best first.
+/// Font families for an SVG viewer, best first.
 pub const FAMILIES: &str = "Helvetica, Arial, 'Liberation Sans', Arimo, sans-serif";
 
-/// Height of capitals over the size of the type.
+/// Height of capitals as a share of the type size.
 pub const CAPITALS: f64 = 0.72;
 
-/// The font's file.
+/// The bytes of the font's file.
 pub fn font_file(bold: bool) -> &'static [u8] {
     if bold { BOLD } else { REGULAR }
 }
 
-/// Number of a letter's glyph in the file.
+/// Number of a letter's glyph in the font file.
 pub fn glyph_number(face: &Face, letter: char) -> u16 {
     glyph(face, letter).0
 }
 
-/// The font for asking; its tables are found once.
+/// The parsed font; it is parsed once.
 pub fn face(bold: bool) -> &'static Face<'static> {
     static FACES: OnceLock<[Face<'static>; 2]> = OnceLock::new();
     let parsed = |bold: bool| Face::parse(font_file(bold), 0).expect("the font that comes with the program is sound");
@@ -37,7 +37,7 @@ fn glyph(face: &Face, letter: char) -> GlyphId {
     face.glyph_index(letter).or_else(|| face.glyph_index('?')).unwrap_or(GlyphId(0))
 }
 
-/// Width of a line of text in the unit of `size`.
+/// Width of a line of text, in the unit of `size`.
 pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     let face = face(bold);
     let units: u32 = text.chars().map(|letter| u32::from(advance(face, letter))).sum();
@@ -48,7 +48,7 @@ fn advance(face: &Face, letter: char) -> u16 {
     face.glyph_hor_advance(glyph(face, letter)).unwrap_or(0)
 }
 
-/// Draws the outlines of a line of text that starts at 0 on its base line; y grows upwards.
+/// Draws the outlines of a line of text that starts at 0 on its baseline; y grows upwards.
 pub fn outline(text: &str, size: f64, bold: bool, pen: &mut impl FnMut(Stroke)) {
     let face = face(bold);
     let scale = size / f64::from(face.units_per_em());
@@ -59,16 +59,16 @@ pub fn outline(text: &str, size: f64, bold: bool, pen: &mut impl FnMut(Stroke)) 
     }
 }
 
-/// A piece of an outline; points are `[x, y]`.
+/// A segment of an outline; points are `[x, y]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stroke {
     /// Starts a contour.
     Move([f64; 2]),
-    /// A straight piece.
+    /// A straight segment.
     Line([f64; 2]),
-    /// A quadratic piece: control point, end.
+    /// A quadratic segment: control point, end.
     Quadratic([f64; 2], [f64; 2]),
-    /// A cubic piece: control points, end.
+    /// A cubic segment: control points, end.
     Cubic([f64; 2], [f64; 2], [f64; 2]),
     /// Ends a contour.
     Close,

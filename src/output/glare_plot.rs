@@ -1,4 +1,4 @@
-//! Glare in plan: what every luminaire adds for an observer, and how observers of a grid are rated.
+//! Glare in plan: the contribution of every luminaire for an observer, and the ratings of the observers of a grid.
 
 use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
@@ -9,30 +9,30 @@ use super::texts::say;
 use crate::scene::Scene;
 use crate::solver::GlareRating;
 
-/// Radius of a disk that stands for all of an observer's glare.
+/// Radius of a disk that represents all of an observer's glare.
 const LARGEST_DISK: f64 = 40.0;
-/// Room between a disk and its share.
+/// Gap between a disk and the number of its share.
 const BESIDE: f64 = 2.5;
 /// Half the height of a cross.
 const CROSS: f64 = 3.5;
-/// So many luminaires bear their share of the glare, from this share on.
+/// Largest number of luminaires that are labelled with their share of the glare, and the smallest share that is labelled.
 const MOST_SHARES: usize = 12;
 const LEAST_SHARE: f64 = 0.02;
-/// Ratings from which on the next class begins: limits of EN 12464-1.
+/// Ratings at which the next class begins: limits of EN 12464-1.
 const CLASSES: [f64; 4] = [16.0, 19.0, 22.0, 25.0];
-/// Places on the scale of inks of the classes, the mildest first.
+/// Positions of the classes on the perceptual scale, the mildest first.
 const CLASS_INKS: [f64; 5] = [0.97, 0.76, 0.52, 0.26, 0.0];
-/// Length of the wedge that stands for an observer, at most and at least, and its half width over its length.
+/// Largest and smallest length of the wedge that represents an observer, and its half width as a share of its length.
 const LONGEST_WEDGE: f64 = 26.0;
 const SHORTEST_WEDGE: f64 = 5.0;
 const WEDGE: f64 = 0.24;
-/// Share of the distance between eyes that a wedge may take.
+/// Largest length of a wedge as a share of the distance between eyes.
 const WEDGE_SHARE: f64 = 0.46;
-/// Room for the words below a plan.
+/// Height of the legend below a plan.
 const LEGEND: f64 = 34.0;
 
-/// The scene from above with what every luminaire adds to the glare of an observer: disks by their share of the sum, crosses
-/// for luminaires in sight that do not count.
+/// Draws the scene from above with every luminaire's contribution to the glare of an observer. Disks show their share of the sum;
+/// crosses mark visible luminaires that do not count.
 pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
     let set = &scene.receivers[rating.set];
     let observer = &set.observers[rating.observer];
@@ -52,7 +52,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
         if place < MOST_SHARES && share >= LEAST_SHARE {
             let text = format!("{:.0}%", 100.0 * share);
             let away = radius + BESIDE;
-            // Beside the disk, on the left where the page ends.
+            // The label stands beside the disk, on the left if the page ends at the right.
             let is_right = x + away + text_width(&text, TYPE, true) < picture.width;
             let (x, anchor) = if is_right { (x + away, TextAnchor::Start) } else { (x - away, TextAnchor::End) };
             picture.words(Words::new(text, [x, y + 4.0], TYPE).bold().anchored(anchor).rimmed(2.0));
@@ -63,7 +63,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
     picture
 }
 
-/// The scene from above with the observers of a grid: a wedge for each along the line of sight, the darker the worse.
+/// Draws the scene from above with the observers of a grid: a wedge for each along the line of sight, darker for worse ratings.
 pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Option<Picture> {
     let set = &scene.receivers[ratings.first()?.set];
     let (plan, mut picture) = Plan::begin(scene, say!("Glare ratings of {}", set.name));
@@ -72,7 +72,7 @@ pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Opti
     let length = wedge_length(&spots);
     for (rating, [x, y]) in ratings.iter().zip(&spots) {
         let view = seen(rating).view;
-        // Up is down on paper; who looks straight up or down has no wedge.
+        // y points down on paper. An observer who looks straight up or down has no wedge.
         let (along, across) = ([length * view.x, -length * view.y], [WEDGE * length * view.y, WEDGE * length * view.x]);
         let end = |side: f64| [x + along[0] + side * across[0], y + along[1] + side * across[1]];
         picture.area(vec![[*x, *y], end(1.0), end(-1.0)], class_ink(rating), 1.0);
@@ -100,7 +100,7 @@ pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Opti
     Some(picture)
 }
 
-/// As long as the nearest eyes allow.
+/// Length of the wedges: as long as the distance between eyes permits.
 fn wedge_length(spots: &[PagePoint]) -> f64 {
     let mut eyes = spots.to_vec();
     eyes.dedup();

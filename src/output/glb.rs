@@ -1,4 +1,4 @@
-//! `scene.glb`: the elements in false colours, for whatever opens glTF: viewers, Blender, browsers.
+//! `scene.glb`: the elements in false colours, for programs that open glTF: viewers, Blender, browsers.
 
 use std::collections::BTreeMap;
 
@@ -15,27 +15,29 @@ use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, MaterialId, Scene, Side};
 use crate::solver::Solution;
 
-/// Colours that the legend names.
+/// Number of intervals of the colour legend.
 const STOPS: u32 = 8;
 
-/// Surfaces up to which each is a node. A node takes a kilobyte, more than ten times that
-/// while the file is made, and no viewer lists more.
+/// Largest number of surfaces that each become a node. A node takes a kilobyte, and more than ten times that while the file is
+/// made. No viewer lists more.
 const MOST_NODES: usize = 4096;
 
-/// Bytes of an element side, three corners, and of all sides: the format counts in 32 bits, and JSON takes some of it.
+/// Bytes of an element side (three corners), and largest number of bytes of all sides. The format counts in 32 bits, and JSON takes
+/// some of that.
 const BYTES_OF_A_SIDE: u64 = 3 * (12 + 8 + 4 + 4);
 const MOST_BYTES: u64 = (1 << 32) - (64 << 20);
 
-/// Codes of glTF for numbers in single precision and for whole numbers of two bytes.
+/// glTF's codes for single-precision numbers and for whole numbers of two bytes.
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
-/// Code of a buffer of vertices.
+/// glTF's code for a buffer of vertices.
 const ARRAY_BUFFER: u32 = 34962;
 
-/// The element map as a GLB file: a node a surface (a material where these are very many), a triangle an element side as in `scene.vtp`, with its colour, illuminance and
-/// standard error at every corner. `None` where no element map was computed, or where it goes beyond the 4 GB of the format.
+/// The element map as a GLB file. Each surface is a node (each material, if there are very many surfaces). Each element side is a
+/// triangle, as in `scene.vtp`, with its colour, illuminance and standard error at every corner. `None` if no element map was
+/// computed, or if the file would exceed the format's 4 GB.
 ///
-/// Colours are linear and not lit; `asset.extras` tells what they stand for.
+/// Colours are linear and unlit; `asset.extras` describes their meaning.
 pub fn glb_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Option<StreamedFile<'a>> {
     const NAME: &str = "scene.glb";
     let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
@@ -66,7 +68,7 @@ impl Model {
     fn of(scene: &Scene, elements: &Elements, map: &MapResult) -> Model {
         let area_m2 = |index: usize| elements.area_m2(scene, elements.element(index as u32));
         let lit = map.values.illuminance_lx.iter().enumerate().map(|(index, lx)| (*lx, area_m2(index)));
-        // Where all is dark any scale does.
+        // If everything is dark, any scale will do.
         let end_lx = end_of_scale_lx(lit.collect()).unwrap_or(1.0);
         let center_m = center_m(scene);
         let mut parts = Parts::default();
@@ -107,7 +109,7 @@ impl Model {
     }
 }
 
-/// What the colours stand for.
+/// The meaning of the colours.
 fn legend(end_lx: f64) -> Value {
     let stop = |number: u32| {
         let share = f64::from(number) / f64::from(STOPS);
@@ -122,26 +124,27 @@ fn legend(end_lx: f64) -> Value {
     })
 }
 
-/// The middle of the scene in glTF's axes, rounded to what the file keeps: positions about it lose no more than their own size asks.
+/// The middle of the scene in glTF's axes, rounded to the file's precision. Positions relative to it lose only a precision that
+/// matches their own size.
 fn center_m(scene: &Scene) -> [f32; 3] {
     let low_m = scene.vertices_m.iter().copied().reduce(DVec3::min).unwrap_or(DVec3::ZERO);
     let high_m = scene.vertices_m.iter().copied().reduce(DVec3::max).unwrap_or(DVec3::ZERO);
     upright(0.5 * (low_m + high_m)).map(|number| number as f32)
 }
 
-/// glTF's y points up.
+/// Converts to glTF's axes, in which y points up.
 fn upright(point: DVec3) -> [f64; 3] {
     [point.x, point.z, -point.y]
 }
 
-/// Element sides that are one object of the file.
+/// Element sides that form one object of the file.
 struct SceneNode<'a> {
     name: &'a str,
     material: MaterialId,
     sides: Vec<u32>,
 }
 
-/// The element sides by surface, or by material where there are more surfaces than so many.
+/// The element sides by surface, or by material if there are more than `most` surfaces.
 fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<SceneNode<'a>> {
     let by_surface = scene.surfaces.len() <= most;
     let mut nodes: BTreeMap<u32, SceneNode> = BTreeMap::new();
@@ -158,7 +161,7 @@ fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<Scene
     nodes.into_values().collect()
 }
 
-/// Three vertices an element side.
+/// Vertices of element sides, three for each side.
 #[derive(Default)]
 struct Vertices {
     positions: Vec<[f32; 3]>,
@@ -195,12 +198,12 @@ impl Vertices {
     }
 }
 
-/// A number as the file keeps it: what is larger than that allows is the largest.
+/// A number in single precision; larger numbers are clamped to the largest.
 fn single(number: f64) -> f32 {
     number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
-/// An opaque colour as glTF has it: linear, in two bytes a channel. Source: IEC 61966-2-1.
+/// An opaque colour in glTF's form: linear, with two bytes a channel. Source: IEC 61966-2-1.
 fn linear(ink: Ink) -> [u16; 4] {
     let channel = |code: u8| {
         let c = f64::from(code) / 255.0;
@@ -211,7 +214,7 @@ fn linear(ink: Ink) -> [u16; 4] {
     [red, green, blue, u16::MAX]
 }
 
-/// Accessors and the bytes that they read, one after another.
+/// Accessors and the bytes that they read, in sequence.
 #[derive(Default)]
 struct Parts {
     binary: Vec<u8>,
@@ -244,7 +247,7 @@ impl Parts {
         self.add(bytes, json!({ "componentType": FLOAT, "type": "SCALAR", "count": numbers.len() }))
     }
 
-    /// Appends bytes, a whole number of four of them, and the accessor that reads them; its number.
+    /// Appends bytes, a multiple of four, and the accessor that reads them. Returns the accessor's number.
     fn add(&mut self, bytes: impl Iterator<Item = u8>, mut accessor: Value) -> usize {
         let start = self.binary.len();
         self.binary.extend(bytes);
@@ -261,13 +264,14 @@ mod tests {
     use super::*;
     use crate::check::scene_from_json;
 
-    /// An element of 10⁻⁶⁰ m² may have an error beyond what four bytes hold.
+    /// An element of 10⁻⁶⁰ m² may have an error too large for single precision.
     #[test]
     fn numbers_beyond_four_bytes_are_the_largest() {
         assert_eq!([2.5, 1e60, -1e60].map(single), [2.5, f32::MAX, f32::MIN]);
     }
 
-    /// Three rectangles of two materials: a node each, or a node a material where that would be too many, with all sides either way.
+    /// Three rectangles of two materials: one node each, or one node for each material if that would be too many. All sides are
+    /// present either way.
     #[test]
     fn very_many_surfaces_are_a_node_a_material() {
         let rectangle = |number: usize, material: &str| {

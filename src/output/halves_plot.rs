@@ -1,4 +1,4 @@
-//! The two independent halves of a computation against each other: where they differ, and how often by how much.
+//! Compares the two independent halves of a computation: where they differ, and the distribution of the differences.
 
 use super::axes::TYPE;
 use super::color::{BLACK, Ink, SOFT, WHITE, mixed};
@@ -9,9 +9,9 @@ use super::picture::{Pen, Picture, TextAnchor, Words};
 use super::texts::say;
 use crate::maps::MapResult;
 
-/// Differences beyond so many of their standard errors have the last colour, and lie in the last bars.
+/// Largest difference of the scale, in standard errors. Larger ones have the last colour and lie in the last bars.
 const MOST: f64 = 3.0;
-/// Steps of colour to either side of 0.
+/// Colour steps on either side of 0.
 const SHADES: i32 = 12;
 const BLUE: Ink = [33, 102, 172];
 const RED: Ink = [178, 24, 43];
@@ -20,19 +20,20 @@ const BARS: usize = 24;
 /// Fewer points show no distribution.
 const FEWEST: usize = 50;
 
-/// Differences of the halves, odd less even, over their standard errors; `None` where a point has no error or a method no halves.
+/// Differences of the halves (odd minus even) over their standard errors. `None` if a point has no error; empty if a method has no
+/// halves.
 ///
-/// The mean of both halves has the standard error s; each half alone √2 s, and their difference 2 s.
+/// The mean of both halves has the standard error s. Each half alone has √2 s, and their difference 2 s.
 pub fn deviations(map: &MapResult) -> Vec<Option<f64>> {
     let values = &map.values;
     let halves = values.halves_lx.iter().zip(&values.standard_error_lx);
     halves.map(|([even, odd], error_lx)| (*error_lx > 0.0).then(|| (odd - even) / (2.0 * error_lx))).collect()
 }
 
-/// The map of the differences of a grid, in units of their standard errors, on a diverging scale.
+/// Draws the differences of a grid, in units of their standard errors, on a diverging scale.
 pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &str) -> Picture {
     let (layout, mut picture) = MapLayout::of(&map);
-    // Cells stand in the order of the points; what has no error is left blank as the inside of a solid is.
+    // Cells are in the order of the points. Cells without an error are blank, as inside a solid.
     for (cell, deviation) in map.cells.iter_mut().zip(deviations) {
         cell.illuminance_lx = cell.illuminance_lx.and(*deviation);
     }
@@ -47,7 +48,7 @@ pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &s
         percent(beyond / all)
     );
     picture.words(Words::new(words, [62.0, 65.0], 13.0));
-    // Deviations of independent points: their sum has one over the root of their number.
+    // The sum of n independent deviations, divided by √n, has a standard deviation of one.
     draw_cells(&mut picture, &map, &layout, |sum, count| sum / count.sqrt(), &ink);
     draw_axes(&mut picture, &map, &layout);
     draw_legend(&mut picture, &layout);
@@ -56,7 +57,7 @@ pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &s
     picture
 }
 
-/// How often the halves differ by how much, beside the normal curve; `None` for few points.
+/// Draws a histogram of the differences beside the normal curve; `None` for few points.
 pub fn histogram_picture(name: &str, deviations: &[Option<f64>]) -> Option<Picture> {
     let known: Vec<f64> = deviations.iter().flatten().copied().collect();
     if known.len() < FEWEST {
@@ -154,7 +155,7 @@ mod tests {
 
     #[test]
     fn differences_are_told_in_their_standard_errors() {
-        // Halves 10 and 14 lx: with a standard error of 1 lx of their mean that of their difference is 2 lx.
+        // Halves of 10 and 14 lx: if their mean has a standard error of 1 lx, their difference has one of 2 lx.
         let map = map(vec![[10.0, 14.0], [5.0, 5.0], [3.0, 3.0]], vec![1.0, 0.5, 0.0]);
         assert_eq!(deviations(&map), [Some(2.0), Some(0.0), None]);
         assert_eq!(ink(0.0), WHITE);

@@ -2,7 +2,7 @@
 
 use super::picture::{Picture, escaped};
 
-/// A table in the making. The caption is escaped; headings and cells are markup already.
+/// A table under construction. The caption is escaped later; headings and cells are markup already.
 pub struct HtmlTable {
     head: Vec<(String, bool)>,
     rows: Vec<(Vec<String>, bool)>,
@@ -24,12 +24,12 @@ impl HtmlTable {
         self.rows.push((cells, false));
     }
 
-    /// Adds a row that sums up.
+    /// Adds a row of totals.
     pub fn total(&mut self, cells: Vec<String>) {
         self.rows.push((cells, true));
     }
 
-    /// The table as markup; on a narrow screen it scrolls in its own box.
+    /// The table as markup. On a narrow screen it scrolls in its own box.
     pub fn markup(&self) -> String {
         let class = |index: usize| {
             if self.head.get(index).is_some_and(|(_, is_text)| *is_text) { " class=\"text\"" } else { "" }
@@ -60,16 +60,16 @@ pub fn with_error(number: &str, error: &str) -> String {
     format!("{number} <span class=\"pm\">± {error}</span>")
 }
 
-/// A picture with words below it.
+/// A picture with a caption below it.
 pub fn figure(picture: &Picture, caption: &str) -> String {
     let caption =
         if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escaped(caption)) };
-    // A picture is shown no larger than it was drawn.
+    // A picture is shown at most 1.15 times as wide as it was drawn.
     let width = (1.15 * picture.width).round();
     format!("<figure style=\"max-width: {width}px\">\n{}{caption}</figure>\n", picture.inline_svg())
 }
 
-/// A list of terms and what they say; both markup.
+/// A list of terms and their meanings; both are markup.
 pub fn terms(class: &str, terms: &[(String, String)]) -> String {
     let mut page = format!("<dl class=\"{class}\">\n");
     for (term, meaning) in terms {

@@ -1,4 +1,4 @@
-//! The intensity distribution of all that leaves a scene: a table, and IES and EULUMDAT files that read back to it.
+//! The intensity distribution of all light that leaves a scene: a table, and IES and EULUMDAT files that reproduce it when read.
 
 use super::leaving_light::leaving_light;
 use super::photometric_writer::{eulumdat_text, ies_text};
@@ -10,11 +10,11 @@ use crate::solver::Solution;
 const COLUMNS: &[&str] =
     &["receiver", "c_deg", "gamma_deg", "intensity_cd", "standard_error_cd", "direct_cd", "indirect_cd"];
 
-/// `intensity.csv`, and of every distribution an IES and an EULUMDAT file, where there is one.
+/// Makes `intensity.csv`, and an IES and an EULUMDAT file for every distribution; no files if there are none.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub(super) fn intensity_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
     let all = leaving_light(scene, solution);
     if all.is_empty() {

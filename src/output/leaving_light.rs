@@ -1,4 +1,4 @@
-//! Computed intensity distributions, and what is told of them.
+//! Computed intensity distributions and the values derived from them.
 
 use std::f64::consts::PI;
 
@@ -8,29 +8,29 @@ use crate::scene::photometry::IntensityWeb;
 use crate::scene::{IntensityTable, Quantity, Scene};
 use crate::solver::Solution;
 
-/// Errors below this share of a value are rounding.
+/// Errors below this share of a value are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
-/// A computed intensity distribution and what is told of it.
+/// A computed intensity distribution and the values derived from it.
 #[derive(Clone, Debug)]
 pub struct LeavingLight<'a> {
     /// Its map.
     pub map: &'a MapResult,
     /// Its directions.
     pub table: &'a IntensityTable,
-    /// The distribution as photometric files have it, the whole way round.
+    /// The distribution in the form of photometric files, with all C planes.
     pub web: IntensityWeb,
-    /// Flux in lm that it adds up to.
+    /// Total flux in lm.
     pub luminous_flux_lm: Estimate,
-    /// That flux over the maintained flux of all luminaires of the scene.
+    /// Total flux over the maintained flux of all luminaires of the scene.
     pub light_output_ratio: f64,
     /// The greatest intensity in cd.
     pub maximum_cd: Estimate,
-    /// C and γ in degrees where it is.
+    /// C and γ of the greatest intensity, in degrees.
     pub maximum_at_deg: [f64; 2],
-    /// Maintained flux in lm of the luminaires.
+    /// Maintained flux of the luminaires in lm.
     pub lamps_lm: f64,
-    /// Their electric power in W, undimmed, where all of it is known; else 0.
+    /// Electric power of the luminaires in W, undimmed; 0 unless all of it is known.
     pub power_w: f64,
 }
 
@@ -53,7 +53,7 @@ fn of_map<'a>(scene: &Scene, map: &'a MapResult, table: &'a IntensityTable) -> O
     let lamps_lm = scene.luminous_flux_lm();
     let most = table.places().enumerate().max_by(|(a, _), (b, _)| {
         let cd = |entry: usize| values.illuminance_lx[entry];
-        // Of equal ones the first.
+        // Of equal intensities, the first.
         cd(*a).total_cmp(&cd(*b)).then(b.cmp(a))
     });
     let (entry, (plane, step)) = most?;

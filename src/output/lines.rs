@@ -1,12 +1,12 @@
-//! Lines that other rooms make, such as warnings and notes, in the language spoken.
+//! Translates lines from other rooms, such as warnings and notes, into the current language.
 //!
-//! They come as English text with names and numbers in it. [`LINES`] holds how the commonest of them are worded; a line that fits one is said in
-//! the language spoken, whatever stands between its words. Others stay as they are, and pages say that they are English.
+//! The lines come as English text with names and numbers in it. [`LINES`] holds the wording of the most common ones. A line that
+//! matches one is translated, whatever stands between its words. Other lines stay English, and pages mark them so.
 
 use super::picture::escaped;
 use super::texts::{Language, decimal, language, said_with};
 
-/// How lines are worded: `{}` for what differs. The first that fits holds, so that long ones come before their beginnings.
+/// Wordings of lines, with `{}` for the variable parts. The first match counts, so a long wording comes before its own beginning.
 const LINES: [&str; 34] = [
     "{}: luminaires in sight that have no position index in CIE 117 do not count: {}",
     "{} beside or behind the observer ({})",
@@ -44,7 +44,7 @@ const LINES: [&str; 34] = [
     "{} lumens per lamp: read as -1, absolute photometry",
 ];
 
-/// An item of a list on a page: the line in the language spoken, or as it is, marked as English.
+/// An item of a list on a page: the translated line, or the English one, marked as English.
 pub(super) fn line_item(english: &str) -> String {
     match translated(english) {
         Some(line) => format!("<li>{}</li>\n", escaped(&line)),
@@ -52,7 +52,7 @@ pub(super) fn line_item(english: &str) -> String {
     }
 }
 
-/// A line in the language spoken; `None` where its words are not known, and in English.
+/// A line in the current language; `None` if its wording is unknown, and in English.
 fn translated(english: &str) -> Option<String> {
     if language() == Language::ENGLISH {
         return None;
@@ -64,12 +64,12 @@ fn translated(english: &str) -> Option<String> {
             return Some(said_with(line, &values));
         }
     }
-    // Warnings of a file follow the name of what it is for.
+    // Warnings on a file follow the name of the object that uses the file.
     let (name, rest) = english.split_once(": ")?;
     Some(format!("{name}: {}", translated(rest)?))
 }
 
-/// What stands between words: a list of lines, a number, or a name.
+/// Translates a variable part: a list of lines, a number, or a name.
 fn translated_part(part: &str) -> String {
     let is_number = part.chars().all(|letter| letter.is_ascii_digit() || ".,-% e".contains(letter));
     if is_number {
@@ -78,7 +78,7 @@ fn translated_part(part: &str) -> String {
     part.split("; ").map(|piece| translated(piece).unwrap_or_else(|| piece.to_owned())).collect::<Vec<_>>().join("; ")
 }
 
-/// What stands in a text in the places of a line; `None` where the text is worded otherwise.
+/// The variable parts of a text by a wording; `None` if the text does not match it.
 fn parts_of<'a>(text: &'a str, line: &str) -> Option<Vec<&'a str>> {
     let mut words = line.split("{}");
     let mut rest = text.strip_prefix(words.next()?)?;
@@ -86,7 +86,7 @@ fn parts_of<'a>(text: &'a str, line: &str) -> Option<Vec<&'a str>> {
     let mut words = words.peekable();
     while let Some(word) = words.next() {
         let at = match (word.is_empty(), words.peek()) {
-            // The last place takes what is left.
+            // The last variable part takes the rest.
             (true, None) => rest.len(),
             (_, None) => {
                 rest.len().checked_sub(word.len()).filter(|at| rest.is_char_boundary(*at) && rest[*at..] == *word)?
@@ -129,7 +129,7 @@ mod tests {
         );
         let told = item("2 runs to stated errors of 3.00 %, 1.36 % looked for verdicts");
         assert!(told.contains("3,00 %; 1,36 %") && told.starts_with("<li>2 "), "{told}");
-        // After the name of what a file is for, and unknown words as they are.
+        // The line follows the name of the object that uses the file. Unknown words stay as they are.
         assert!(item("spot: 12 values after the last intensity were ignored").starts_with("<li>spot: 12 Werte"));
         assert_eq!(item("spot: who knows"), "<li lang=\"en\">spot: who knows</li>\n");
         assert_eq!(line_item("spot: who knows"), "<li lang=\"en\">spot: who knows</li>\n");

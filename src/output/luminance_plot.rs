@@ -1,4 +1,4 @@
-//! What an eye sees: a picture in false colours on a logarithmic scale, or luminance over the angle of a fan.
+//! The luminances that an eye sees: a picture in false colours on a logarithmic scale, or luminance over the angle of a fan.
 
 use std::collections::BTreeMap;
 
@@ -12,22 +12,23 @@ use crate::scene::{ReceiverLayout, ReceiverSet};
 
 /// Largest width and height of a picture.
 const LARGEST: [f64; 2] = [760.0, 620.0];
-/// Where it begins on the page.
+/// Left and upper edge of the picture on the page.
 const LEFT: f64 = 40.0;
 const TOP: f64 = 70.0;
-/// Room at the right for the legend, and below for a note.
+/// Space for the legend at the right, and for a note below.
 const RIGHT: f64 = 110.0;
 const BOTTOM: f64 = 52.0;
-/// Colours of the scale.
+/// Number of colours of the scale.
 const SHADES: usize = 128;
-/// The scale spans at most four decades below the brightest.
+/// Lowest end of the scale, as a share of the brightest value: four decades.
 const WIDEST_SPAN: f64 = 1e-4;
-/// And at least a factor two, so that an even field does not show noise alone.
+/// Highest lower end of the scale, as a share of the brightest value. The span is at least a factor of two, so that an even field
+/// does not show noise only.
 const NARROWEST_SPAN: f64 = 0.5;
-/// Darkest share of the cells, which does not stretch the scale.
+/// Share of the darkest cells that do not stretch the scale.
 const DARKEST: f64 = 0.01;
 
-/// The plot of a luminance set, if its layout has one.
+/// The plot of a luminance set; `None` if its layout has no plot.
 pub(super) fn luminance_picture(set: &ReceiverSet, map: &MapResult, note: &str) -> Option<Picture> {
     match set.layout {
         ReceiverLayout::View { columns, rows, field_deg } => {
@@ -62,7 +63,7 @@ fn view_picture(
     field_deg: [f64; 2],
     note: &str,
 ) -> Picture {
-    // Cells of the flat screen are as wide as its field asks, which need not be square.
+    // The cells of the flat screen have the proportions of its field and need not be square.
     let size = field_deg.map(|angle_deg| (0.5 * angle_deg).to_radians().tan());
     let scale = (LARGEST[0] / size[0]).min(LARGEST[1] / size[1]);
     let (width, height) = (size[0] * scale, size[1] * scale);
@@ -90,7 +91,7 @@ fn view_picture(
     picture
 }
 
-/// A logarithmic scale over the values, four decades at most.
+/// A logarithmic scale over the values, of four decades at most.
 fn log_scale(values: &[f64]) -> Scale {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| *value > 0.0).collect();
     sorted.sort_by(f64::total_cmp);

@@ -14,36 +14,37 @@ use super::texts::{said, say};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [700.0, 560.0];
-/// The same of a small map.
+/// Largest width and height of the drawing of a small map.
 const SMALLEST: [f64; 2] = [330.0, 260.0];
-/// Room about a small map, which has no titles.
+/// Space around a small map, which has no titles.
 const SMALL_ROOM: LineSpace = LineSpace { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
-/// The least that a page is wide, for its titles.
+/// Smallest width of a page with titles.
 const LEAST_WIDTH: f64 = 620.0;
-/// Colours of the scale: more are not told apart.
+/// Number of colours of the scale: more could not be distinguished.
 const SHADES: usize = 128;
-/// A field whose greatest value exceeds the median by this factor is shown on a logarithmic scale.
+/// If the greatest value exceeds the median by this factor, the field is shown on a logarithmic scale.
 const LOGARITHMIC_FROM: f64 = 8.0;
 /// Values beyond this quantile times [`BEYOND`] do not stretch the scale.
 const QUANTILE: f64 = 0.99;
 const BEYOND: f64 = 1.4;
-/// Fewer nodes give no isolux lines worth the name.
+/// Smallest number of nodes for useful isolux lines.
 const FEWEST_NODES: usize = 12;
-/// A range of values narrower than this share of the greatest is not spread over all colours, nor one that may be chance: n values of
-/// normal chance lie within so many √(2 ln n) stated errors (of 36 all but one range in a hundred).
+/// A range of values narrower than this share of the greatest is not spread over all colours. The same holds for a range that may
+/// be chance. n normally distributed values lie within `RANGE_OF_CHANCE` times √(2 ln n) stated errors (for 36 values, all but one
+/// range in a hundred).
 const NARROW: f64 = 0.05;
 const RANGE_OF_CHANCE: f64 = 2.3;
 /// The scale begins at 0 unless all values exceed this share of the greatest.
 const FROM_ZERO: f64 = 0.7;
-/// With a greater stated error isolux lines would wind about chance.
+/// Largest stated error for isolux lines, which would otherwise follow noise.
 const NOISIEST: f64 = 0.12;
-/// With a greater stated error short isolux lines are left out.
+/// Largest stated error for short isolux lines.
 const NOISY: f64 = 0.02;
-/// The least that a legend is high beside a flat drawing, and how much lower than the drawing's axis it may reach.
+/// Smallest height of a legend beside a flat drawing, and how far it may extend below the drawing's axis.
 pub(super) const LEAST_LEGEND: f64 = 90.0;
 const LEGEND_BELOW: f64 = 34.0;
 
-/// The drawing on its page.
+/// Position and scale of the drawing on its page.
 pub(super) struct MapLayout {
     low_m: PagePoint,
     scale: f64,
@@ -58,7 +59,7 @@ impl MapLayout {
         MapLayout::within(map, LARGEST, &ROOM, LEAST_WIDTH)
     }
 
-    /// No larger than this, with room about it, on a page of a least width.
+    /// A layout no larger than this, with space around it, on a page of at least this width.
     fn within(map: &FlatMap, largest: [f64; 2], room: &LineSpace, least_width: f64) -> (MapLayout, Picture) {
         let [low_m, high_m] = map.bounds_m();
         let size_m = [0, 1].map(|axis| (high_m[axis] - low_m[axis]).max(f64::MIN_POSITIVE));
@@ -85,7 +86,7 @@ impl MapLayout {
         vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]]
     }
 
-    /// The spot nearest to this one about which so much lies within the drawing to either side.
+    /// The nearest point to this one that keeps the given distances from the edges of the drawing, if the drawing is large enough.
     fn inward(&self, [x, y]: PagePoint, [across, up]: [f64; 2]) -> PagePoint {
         let within = |at: f64, from: f64, length: f64, room: f64| match 2.0 * room < length {
             true => at.clamp(from + room, from + length - room),
@@ -94,17 +95,17 @@ impl MapLayout {
         [within(x, self.left, self.width, across), within(y, self.top, self.height, up)]
     }
 
-    /// Whether a box about a spot lies within the drawing.
+    /// Whether a box around a point lies within the drawing.
     fn holds(&self, [x, y]: PagePoint, room: f64) -> bool {
         (self.left + room..=self.left + self.width - room).contains(&x)
             && (self.top + room..=self.top + self.height - room).contains(&y)
     }
 }
 
-/// False colours with isolux lines, axes in metres, legend, averages and errors.
+/// Draws false colours with isolux lines, axes in metres, legend, averages and errors.
 ///
-/// Every cell has the colour of its own value, so that nothing is smoothed away; the isolux lines run between the
-/// points of a grid (bilinear), or between the corners of a surface's elements.
+/// Every cell has the colour of its own value, so that nothing is smoothed. The isolux lines run between the points of a grid
+/// (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = MapLayout::of(map);
     let rest = head(&mut picture, map, said(quantity_words(map.quantity)), "");
@@ -114,19 +115,20 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     picture
 }
 
-/// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
+/// Draws colours, isolux lines, axes and legend only, so small that two pictures fit side by side.
 pub fn small_map(map: &FlatMap) -> Picture {
     let (layout, mut picture) = MapLayout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
     draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
     picture
 }
 
-/// Levels of the isolux lines that a map would have.
+/// Levels of the isolux lines of a map.
 fn isolux_of(map: &FlatMap) -> Vec<f64> {
     map.field.range().map(isolux_levels).unwrap_or_default()
 }
 
-/// Draws cells, lines of some levels by their name, axes and the legend by its unit; returns why there are no lines, if there are none.
+/// Draws the cells, lines at the given levels under their name, axes, and a legend with its unit. Returns the reason if there are
+/// no lines.
 pub(super) fn draw_map(
     picture: &mut Picture,
     map: &FlatMap,
@@ -150,13 +152,13 @@ pub(super) fn draw_map(
     }
 }
 
-/// Whether values between these two differ by so little that it may be chance.
+/// Whether values between these two differ so little that the difference may be chance.
 fn is_even(map: &FlatMap, [low, high]: [f64; 2]) -> bool {
     let errors = RANGE_OF_CHANCE * (2.0 * (map.cells.len().max(2) as f64).ln()).sqrt();
     high - low < errors * map.estimated_error * high
 }
 
-/// The values of a grid's points as numbers, thinned where they would run into each other.
+/// Draws the values of a grid's points as numbers, thinned where they would overlap.
 pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = MapLayout::of(map);
     let colors = ColorScale::of(map);
@@ -184,12 +186,12 @@ fn ordinal(count: u32) -> String {
     }
 }
 
-/// A map of more cells is drawn by what those of a spot of the page have together.
+/// A map with more cells is drawn by pooled spots of the page.
 const MOST_CELLS: usize = 160_000;
-/// Width of such a spot in units of the page, of which a map has some 600.
+/// Width of a spot in units of the page; a map is about 600 units wide.
 const SPOT: f64 = 2.0;
 
-/// The mean of so many values by their sum.
+/// The mean of `count` values from their sum.
 pub(super) fn mean(sum: f64, count: f64) -> f64 {
     sum / count
 }
@@ -219,8 +221,8 @@ pub(super) fn draw_cells(
     }
 }
 
-/// What is drawn of cells that the eye does not tell apart: rectangles about those of a spot of the page, with what their sum and number
-/// come to.
+/// Pools cells that the eye cannot distinguish: one rectangle for the cells of each spot of the page, with the pooled value of
+/// their sum and count.
 fn coarse(
     cells: impl Iterator<Item = (Vec<PagePoint>, Option<f64>)>,
     pool: fn(f64, f64) -> f64,
@@ -246,7 +248,7 @@ fn coarse(
     spots.into_iter().map(|(place, spot)| drawn(place, spot)).collect()
 }
 
-/// Grey with strokes to the right: nothing is measured inside of a solid.
+/// Draws grey with diagonal strokes: there are no values inside a solid.
 fn hatch(picture: &mut Picture, ring: &[PagePoint]) {
     const DISTANCE: f64 = 6.0;
     picture.cells(vec![ring.to_vec()], mixed(GREY, WHITE, 0.4));
@@ -312,13 +314,13 @@ pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &MapLayout
     picture.words(beside.anchored(TextAnchor::Middle).ink(SOFT).turned(-90.0));
 }
 
-/// Takes rounding off a tick such as 0.30000000000000004.
+/// Rounds a tick such as 0.30000000000000004.
 fn rounded(number: f64) -> f64 {
     (number * 1e9).round() / 1e9
 }
 
 fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &MapLayout, levels: &[f64]) {
-    // A closed line that spans but a few cells is noise, or too small for its label.
+    // A closed line that spans only a few cells is noise, or too small for its label.
     let cell = (layout.width * layout.height / map.cells.len().max(1) as f64).sqrt();
     let shortest = if map.estimated_error > NOISY { 8.0 } else { 4.0 } * cell.clamp(4.0, 30.0);
     let lines: Vec<Isoline> = levels
@@ -339,7 +341,7 @@ fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &MapLayout, level
     }
 }
 
-/// Puts the level onto the straightest free stretch of a line, twice on long ones.
+/// Puts the level's label on the straightest free stretch of a line, twice on long lines.
 fn label_line(picture: &mut Picture, line: &Isoline, layout: &MapLayout, labels: &mut Vec<(PagePoint, f64)>) {
     const STEP: f64 = 9.0;
     const LONG: f64 = 900.0;
@@ -384,7 +386,7 @@ fn label_line(picture: &mut Picture, line: &Isoline, layout: &MapLayout, labels:
     }
 }
 
-/// The spot at a length along a line.
+/// The point at a length along a line.
 fn along(spots: &[PagePoint], length: f64) -> PagePoint {
     let mut left = length;
     for pair in spots.windows(2) {
@@ -398,7 +400,7 @@ fn along(spots: &[PagePoint], length: f64) -> PagePoint {
     spots[spots.len() - 1]
 }
 
-/// Writes the values and returns how many columns and rows each stands for.
+/// Writes the values and returns the steps between the shown columns and rows.
 fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32; 2] {
     let Some(most) = map.points.iter().max_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)) else {
         return [1, 1];
@@ -407,7 +409,7 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32
     let text = |point: &FlatPoint| lux_alone(point.estimate_lx());
     let width = map.points.iter().map(|point| text_width(&text(point), SMALL, false)).fold(0.0, f64::max);
 
-    // The fewest columns and rows to step over so that no two texts touch, whichever way the grid is turned.
+    // The smallest steps over columns and rows at which no two texts touch, whichever way the grid is turned.
     let by_place: HashMap<[u32; 2], PagePoint> = map.points.iter().map(|point| (point.place, point.spot)).collect();
     let step = |axis: usize| {
         let neighbours = map.points.iter().find_map(|point| {
@@ -417,7 +419,7 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32
             Some([0, 1].map(|i| layout.scale * (other[i] - point.spot[i]).abs()))
         });
         neighbours.map_or(1, |[across, up]| {
-            // At the rim of narrow cells numbers are moved inward.
+            // At the edge of narrow cells numbers are moved inward.
             let moved = (0.5 * (width - across)).max(0.0);
             let share = (across / (width + moved + 7.0)).max(up / (SMALL + 6.0));
             (1.0 / share.max(1e-3)).ceil() as u32
@@ -450,10 +452,10 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32
     steps
 }
 
-/// Which colour stands for which illuminance.
+/// The colour of each illuminance.
 struct ColorScale {
     scale: Scale,
-    /// The scale ends below the greatest value.
+    /// Whether the scale ends below the greatest value.
     is_cut: bool,
 }
 
@@ -490,7 +492,7 @@ impl ColorScale {
 
     fn draw_legend(&self, picture: &mut Picture, layout: &MapLayout, levels: &[f64], unit: &str) {
         let (left, width) = (layout.left + layout.width + 22.0, 16.0);
-        // A flat drawing still has room for a legend.
+        // A legend also fits beside a flat drawing.
         let height = layout.height.max(LEAST_LEGEND);
         let (top, bottom) = (layout.top, layout.top + height);
         let y = |share: f64| bottom - share * height;

@@ -1,4 +1,4 @@
-//! The words about a map: title and numbers above it, notes below.
+//! The texts of a map: title and numbers above it, notes below.
 
 use super::axes::TYPE;
 use super::color::SOFT;
@@ -9,25 +9,25 @@ use super::picture::{Picture, Words};
 use super::texts::say;
 use crate::maps::{Estimate, TableRow};
 
-/// Room for titles above, axis below, numbers at the left and the legend at the right.
+/// Space for titles above, axis below, numbers at the left and the legend at the right.
 pub(super) const ROOM: LineSpace = LineSpace { top: 90.0, bottom: 84.0, left: 62.0, right: 104.0 };
-/// What is set smaller to fit its page is never smaller than this, unless it has no other place.
+/// Smallest type size of a line that is reduced to fit its page, unless it has no other place.
 const LEAST_TYPE: f64 = 10.5;
 /// Size of the type of a title.
 const TITLE: f64 = 17.0;
-/// Size of the type of the line of numbers, and what stays free beside a line.
+/// Type size of the line of numbers, and the free margin beside a line.
 const NUMBERS: f64 = 13.0;
 const MARGIN: f64 = 8.0;
 /// Size of the type of labels in the drawing.
 pub(super) const SMALL: f64 = 11.0;
-/// The first line at the foot stands so far above the page's end.
+/// Height of the first line of notes above the end of the page.
 const FOOT: f64 = 26.0;
-/// Between two lines of small type.
+/// Distance between two lines of small type.
 const LINE: f64 = 15.0;
-/// Sets numbers in a line apart; plain spaces would fall together.
+/// Gap between numbers in a line; plain spaces would collapse.
 pub(super) const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
 
-/// What is left free about a drawing.
+/// Free space around a drawing.
 pub(super) struct LineSpace {
     pub top: f64,
     pub bottom: f64,
@@ -39,7 +39,7 @@ pub(super) fn plus_minus(number: &str, error: &str) -> String {
     format!("{number} ± {error}")
 }
 
-/// Title, and what is seen how, with a remark behind it; a remark that a narrow page has no room for is given back as a sentence.
+/// Writes the title, and a line with view, count and remark. Returns the remark as a sentence if a narrow page has no space for it.
 pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) -> String {
     let row = map.row;
     let side = if row.side == "back" { say!(", back") } else { "" };
@@ -54,7 +54,7 @@ pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark:
     if rest.is_empty() { String::new() } else { format!("{}. ", capital(rest)) }
 }
 
-/// Averages and uniformities below the title.
+/// Writes averages and uniformities below the title.
 pub(super) fn numbers_of(picture: &mut Picture, row: &TableRow) {
     let unknown = || format!("= {UNKNOWN}");
     let lux = |estimate: Estimate| {
@@ -72,13 +72,13 @@ pub(super) fn numbers_of(picture: &mut Picture, row: &TableRow) {
     line_of_numbers(picture, &numbers);
 }
 
-/// The line below the title.
+/// Writes the line below the title.
 pub(super) fn line_of_numbers(picture: &mut Picture, numbers: &str) {
     let size = size_within(picture, numbers, NUMBERS, false);
     picture.words(Words::new(numbers, [ROOM.left, 65.0], size));
 }
 
-/// Size of the type of a line above a map: a long one on a narrow page is set smaller, so that none of it is cut off.
+/// Type size of a line above a map. A long line on a narrow page is set smaller, so that none of it is cut off.
 fn size_within(picture: &Picture, text: &str, size: f64, bold: bool) -> f64 {
     let room = picture.width - ROOM.left - MARGIN;
     size * (room / text_width(text, size, bold)).min(1.0)
@@ -93,7 +93,7 @@ pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
     draw_notes(picture, note, 1);
 }
 
-/// Notes at the foot from so many lines on; a narrow page grows downward where they take several.
+/// Writes notes at the foot, beginning at line number `first`. A narrow page grows downward if they need several lines.
 pub(super) fn draw_notes(picture: &mut Picture, note: &str, first: usize) {
     let y = picture.height - FOOT;
     let lines = lines_within(note, SMALL, picture.width - ROOM.left - MARGIN);
@@ -103,7 +103,7 @@ pub(super) fn draw_notes(picture: &mut Picture, note: &str, first: usize) {
     }
 }
 
-/// Words in lines no wider than so much, but for single words that are.
+/// Breaks text into lines no wider than a width, except single words that are wider.
 fn lines_within(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -124,7 +124,7 @@ fn capital(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A long note stands in lines that fit their page, and none of its words is lost.
+    /// A long note is broken into lines that fit the page, and no word is lost.
     #[test]
     fn a_long_note_takes_several_lines() {
         let note =
@@ -136,7 +136,7 @@ mod tests {
         assert!(lines_within("", SMALL, 300.0).is_empty());
     }
 
-    /// A long title on a narrow page is set smaller, a short one is not.
+    /// A long title on a narrow page is set smaller; a short one is not.
     #[test]
     fn a_long_line_fits_its_page() {
         let picture = Picture::new(620.0, 400.0, "map");

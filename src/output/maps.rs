@@ -1,4 +1,4 @@
-//! The tables of a run: elements, receivers, result rows and the judgements of the error.
+//! The tables of a run: elements, receivers, result rows and error checks.
 
 use std::f64::consts::PI;
 use std::io::Write;
@@ -20,7 +20,7 @@ use crate::maps::{DaylightFactors, MapKind, MapResult, TableRow};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
 
-/// Files as long as the maps that they tell of.
+/// Files whose length grows with their map.
 const ELEMENTS: &str = "elements.csv";
 const RECEIVERS: &str = "receivers.csv";
 
@@ -50,7 +50,7 @@ const ELEMENT_COLUMNS: &[&str] = &[
     "emitted_luminance_cd_m2",
     "material_type",
 ];
-/// Behind these where elements adapt.
+/// Columns that follow these if elements adapt.
 const ADAPTIVE_COLUMNS: &[&str] =
     &["discretisation_error_lx", "gradient_x_lx_per_m", "gradient_y_lx_per_m", "gradient_z_lx_per_m"];
 const RECEIVER_COLUMNS: &[&str] = &[
@@ -104,18 +104,18 @@ const CONVERGENCE_COLUMNS: &[&str] = &[
     "forecast_wall_high_s",
 ];
 
-/// All tables of a run, those alone that have a map to show: a map that was not asked for has no file.
+/// All tables of a run for which there is a map: a map that was not requested has no file.
 ///
-/// Every table but `convergence.csv` is free of times, so that equal maps give equal bytes.
+/// Only `convergence.csv` contains times, so that equal maps give equal bytes in all other tables.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
     streamed_files(scene, solution)?.into_iter().map(StreamedFile::made).collect()
 }
 
-/// The same, of which those that are as long as a map are made while they are written.
+/// The same. Files whose length grows with a map are made while they are written.
 ///
 /// # Errors
 ///
@@ -156,7 +156,7 @@ fn write_elements(
     let rows = ElementRows::of(scene, elements, map);
     Sheet::to(ELEMENTS, &rows.columns, &mut *writer)?.end()?;
     let firsts: Vec<usize> = (0..elements.len()).step_by(ROWS_OF_A_PIECE).collect();
-    // As many pieces lie in memory as there are threads that make them.
+    // Only one piece for each thread is in memory at a time.
     for some in firsts.chunks(rayon::current_num_threads()) {
         let pieces: Vec<Result<Vec<u8>, OutputError>> =
             some.par_iter().map(|first| rows.piece(*first, (first + ROWS_OF_A_PIECE).min(elements.len()))).collect();
@@ -167,7 +167,7 @@ fn write_elements(
     Ok(())
 }
 
-/// What makes rows of `elements.csv`.
+/// Makes rows of `elements.csv`.
 struct ElementRows<'a> {
     scene: &'a Scene,
     elements: &'a Elements,
@@ -175,7 +175,7 @@ struct ElementRows<'a> {
     own_emission: OwnEmission,
     columns: Vec<&'static str>,
     adapts: bool,
-    /// Number of every element within its surface; both sides of one share it.
+    /// Number of every element within its surface. Both sides of an element share it.
     numbers: Vec<u64>,
 }
 
@@ -199,7 +199,7 @@ impl<'a> ElementRows<'a> {
         ElementRows { scene, elements, map, own_emission: OwnEmission::of(scene), columns, adapts, numbers }
     }
 
-    /// Rows of some elements as they stand in the file.
+    /// Some rows in the form of the file.
     fn piece(&self, first: usize, end: usize) -> Result<Vec<u8>, OutputError> {
         let mut sheet = Sheet::behind(ELEMENTS, &self.columns, first);
         (first..end).try_for_each(|index| sheet.row(&self.fields(index)))?;
@@ -243,9 +243,9 @@ impl<'a> ElementRows<'a> {
     }
 }
 
-/// Gradient in lx/m, along the element, of the linear function with two coefficients of [`crate::maps::basis`].
+/// Gradient in lx/m, in the plane of the element, of the linear function with two coefficients of [`crate::maps::basis`].
 fn gradient_lx_per_m([a, b, c]: [DVec3; 3], slopes_lx: [f64; 2]) -> DVec3 {
-    // What the function gains along two of the edges, and the vector of their plane that gains as much.
+    // The increase of the function along two of the edges gives the in-plane vector with that increase.
     let function = Linear([0.0, slopes_lx[0], slopes_lx[1]]);
     let gains_lx = [[1.0, 0.0], [0.0, 1.0]].map(|corner| function.at(corner) - function.at([0.0, 0.0]));
     let (p, q) = (b - a, c - a);
@@ -253,7 +253,7 @@ fn gradient_lx_per_m([a, b, c]: [DVec3; 3], slopes_lx: [f64; 2]) -> DVec3 {
     (gains_lx[0] * q.cross(normal) - gains_lx[1] * p.cross(normal)) / normal.length_squared().max(f64::MIN_POSITIVE)
 }
 
-/// What area luminaires emit from either side of every surface, in lm/m².
+/// The exitance that area luminaires add to either side of every surface, in lm/m².
 pub(super) struct OwnEmission {
     front_lm_m2: Vec<f64>,
     back_lm_m2: Vec<f64>,
@@ -275,8 +275,8 @@ impl OwnEmission {
         own
     }
 
-    /// Exitance of an element side in lm/m² in two parts: what leaves it scattered diffusely, and what it emits. What mirrors, panes
-    /// and glossy lobes send on is in neither: it depends on the direction.
+    /// Exitance of an element side in lm/m², in two parts: diffusely scattered light, and own emission. Light from mirrors, panes
+    /// and glossy lobes is in neither part, since it depends on the direction.
     pub fn exitances_lm_m2(&self, scene: &Scene, elements: &Elements, map: &MapResult, index: u32) -> [f64; 2] {
         let element = elements.element(index);
         let surface = scene.triangle_surfaces[element.triangle as usize];
@@ -295,7 +295,7 @@ impl OwnEmission {
     }
 }
 
-/// Illuminance by the even and by the odd half; nothing where a method has no halves.
+/// Illuminance from the even and the odd half; empty cells if a method has no halves.
 fn halves(map: &MapResult, index: usize) -> [SheetCell<'static>; 2] {
     map.values
         .halves_lx
@@ -329,7 +329,7 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
     sheet.end()
 }
 
-/// `tables.csv`. `factors`: those of the sets, where all light is the sky's.
+/// Makes `tables.csv`. `factors` are the daylight factors of the sets, if all light comes from the sky.
 fn table_file<'a>(
     rows: impl Iterator<Item = &'a TableRow>,
     factors: Option<&[DaylightFactors]>,

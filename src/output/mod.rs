@@ -1,4 +1,4 @@
-//! What a run leaves behind: result files as bytes, and the directory that takes them whole or not at all.
+//! The results of a run: files as bytes, and the directory that receives all of them or none.
 
 pub mod axes;
 mod checkpoint_file;
@@ -85,7 +85,7 @@ pub struct ResultFile {
     pub bytes: Vec<u8>,
 }
 
-/// A scene's name for something, made fit for a file name: anything outside `A–Z a–z 0–9 _ -` becomes `-`.
+/// Turns a name of the scene into a part of a file name: any character outside `A–Z a–z 0–9 _ -` becomes `-`.
 pub fn file_name_part(name: &str) -> String {
     let allowed = |letter: &char| letter.is_ascii_alphanumeric() || "_-".contains(*letter);
     name.chars().map(|letter| if allowed(&letter) { letter } else { '-' }).collect()

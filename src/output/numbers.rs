@@ -1,4 +1,4 @@
-//! Numbers as a lighting report prints them: as many digits as they are worth to a reader.
+//! Formats numbers as a lighting report prints them, with as many digits as are useful to a reader.
 
 use super::texts::{decimal, say};
 use crate::maps::Estimate;
@@ -13,17 +13,17 @@ pub fn amount(number: f64) -> String {
     decimal(grouped(&rounded(number, 3)))
 }
 
-/// A standard error: one digit, two where the first is 1.
+/// A standard error: one digit, or two if the first is 1.
 pub fn uncertainty(number: f64) -> String {
     let two = rounded(number, 2);
     let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
     decimal(grouped(&if leading == Some('1') { two } else { rounded(number, 1) }))
 }
 
-/// What stands for a number that is not known.
+/// Sign for an unknown number.
 pub const UNKNOWN: &str = "–";
 
-/// An illuminance with its standard error, `349 ± 2`; one that lies under its own error is told by what the truth is below.
+/// An illuminance with its standard error: `349 ± 2`. A value below its own error is shown as an upper bound.
 pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     match estimate.is_known() {
         true => join(&lux(estimate.value), &uncertainty(estimate.standard_error)),
@@ -31,13 +31,13 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
-/// An illuminance without its error, which tells none of what lies under that: `349`, `< 0.27`.
+/// An illuminance without its error: `349`, or an upper bound if it is below its own error: `< 0.27`.
 pub fn lux_alone(estimate: Estimate) -> String {
     lux_with_error(estimate, |number, _| number.to_owned())
 }
 
-/// Percents with their standard error, both to the error's first digit or to two decimals: `88.31 ± 0.01`, `45.5 ± 0`.
-/// Percents under their own error are told by a bound of two digits, as illuminances are: `< 0.50`.
+/// A percentage with its standard error. Both have the decimals of the error's first digit, two at most: `88.31 ± 0.01`, `45.5 ±
+/// 0`. A percentage below its own error is shown as an upper bound of two digits, as illuminances are: `< 0.50`.
 pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     let error = percents.standard_error;
     if error <= 0.0 {
@@ -51,7 +51,7 @@ pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> Stri
     join(&decimal(format!("{:.decimals$}", percents.value)), &decimal(format!("{:.decimals$}", error.max(least))))
 }
 
-/// A uniformity with its standard error, where what it is made of is known.
+/// A uniformity with its standard error; [`UNKNOWN`] if there is none.
 pub fn uniformity_with_error(uniformity: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
     uniformity.map_or(UNKNOWN.to_owned(), |uniformity| {
         let [number, error] = uniformity_digits(uniformity);
@@ -59,18 +59,18 @@ pub fn uniformity_with_error(uniformity: Option<Estimate>, join: impl Fn(&str, &
     })
 }
 
-/// A uniformity and its standard error: two decimals, and below 0.1 the digits that limits such as 1:40 ask for.
+/// A uniformity and its standard error: two decimals. Below 0.1 it has two significant digits, as limits such as 1:40 require.
 pub fn uniformity_digits(Estimate { value, standard_error }: Estimate) -> [String; 2] {
     let error = if is_small_ratio(value) { uncertainty(standard_error) } else { ratio_uncertainty(standard_error) };
     [uniformity(value), error]
 }
 
-/// A uniformity for reading: two decimals, below 0.1 two digits.
+/// A uniformity for reading: two decimals; below 0.1 two significant digits.
 pub fn uniformity(value: f64) -> String {
     if is_small_ratio(value) { decimal(significant(value, 2)) } else { ratio(value) }
 }
 
-/// Whether two decimals would leave a ratio a digit alone, or none.
+/// Whether two decimals would leave a ratio one significant digit or none.
 fn is_small_ratio(value: f64) -> bool {
     value > 0.0 && value < 0.0995
 }
@@ -112,7 +112,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// A number on an axis: plain decimals without zeros at the end, powers of ten where it is very small or large.
+/// A number on an axis: plain decimals without trailing zeros; powers of ten if it is very small or large.
 pub fn tick(number: f64) -> String {
     if number == 0.0 {
         return "0".to_owned();
@@ -127,23 +127,23 @@ pub fn tick(number: f64) -> String {
     decimal(text.replace('-', "−"))
 }
 
-/// A number with so many significant digits as a plain decimal, and never fewer digits than those before the point.
+/// A number with this many significant digits as a plain decimal. It always has all digits before the point.
 pub fn significant(number: f64, digits: usize) -> String {
     if number == 0.0 || !number.is_finite() {
-        // Without the sign of −0.
+        // Adding 0 removes the sign of −0.
         return format!("{}", number + 0.0);
     }
     let decimals = (digits as i32 - 1 - power_of_ten(number, digits)).max(0) as usize;
     format!("{number:.decimals$}")
 }
 
-/// Power of ten of a number once it is rounded to so many significant digits: that of 9.996 is 1 by three digits, 0 by four.
+/// Power of ten of a number after rounding to this many significant digits: that of 9.996 is 1 for three digits, 0 for four.
 pub fn power_of_ten(number: f64, digits: usize) -> i32 {
     let scientific = format!("{number:.*e}", digits - 1);
     scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0)
 }
 
-/// The same as [`significant`] with a minus sign, and as a power of ten where it would be longer than eight decimals.
+/// The same as [`significant`] with a proper minus sign, and as a power of ten if it had more than eight decimals.
 fn rounded(number: f64, digits: usize) -> String {
     if !number.is_finite() {
         return "0".to_owned();
@@ -157,14 +157,14 @@ fn trimmed(text: &str) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
 }
 
-/// A power as raised digits.
+/// A power of ten's exponent in raised digits.
 pub fn superscript(power: &str) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |letter: char| letter.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     power.chars().map(raised).collect()
 }
 
-/// Sets thousands apart from 10 000 on.
+/// Separates thousands in numbers from 10 000.
 pub fn grouped(text: &str) -> String {
     let whole = text.split('.').next().unwrap_or(text).len();
     if whole < 5 || text.contains('e') {
@@ -180,7 +180,7 @@ pub fn grouped(text: &str) -> String {
     grouped
 }
 
-/// The next longer step of the series 1, 2, 5, 10, … from a width that `most` steps may fill.
+/// The smallest step of the series 1, 2, 5, 10, … with which at most `most` steps fill the width.
 pub fn round_step(width: f64, most: usize) -> f64 {
     let least = width.abs().max(f64::MIN_POSITIVE) / most.max(1) as f64;
     let power = 10f64.powf(least.log10().floor());
@@ -191,7 +191,7 @@ pub fn round_step(width: f64, most: usize) -> f64 {
 /// Multiples of a round step within a range, at most `most + 1`.
 pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     let step = round_step(high - low, most);
-    // A tick on the rim belongs to the range, whatever rounding made of it.
+    // A tick at the end of the range belongs to it, despite rounding.
     let [first, last] = [(low / step - 1e-6).ceil(), (high / step + 1e-6).floor()];
     if !(last - first).is_finite() {
         return Vec::new();

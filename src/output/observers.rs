@@ -1,4 +1,4 @@
-//! The tables of what observers see: luminances and glare ratings.
+//! The tables for observers: luminances and glare ratings.
 
 use std::io::Write;
 
@@ -15,7 +15,7 @@ const LUMINANCE_COLUMNS: &[&str] =
 const UGR_COLUMNS: &[&str] =
     &["receiver", "x", "y", "z", "dx", "dy", "dz", "ugr", "standard_error", "background_luminance_cd_m2"];
 
-/// A point's place in its set, in space and in direction, and its value with its error: the columns with which files of points begin.
+/// The first columns of files of points: set, number, position, direction, value and error of a point.
 pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usize) -> [SheetCell<'a>; 10] {
     let point = &set.points[index];
     let [[x, y, z], [dx, dy, dz]] =
@@ -26,7 +26,7 @@ pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usi
     [SheetCell::Text(&map.name), number, x, y, z, dx, dy, dz, value, error]
 }
 
-/// Maps of sets that ask for a quantity, with the set.
+/// Maps of the receiver sets with a quantity, each with the index of its set.
 pub(super) fn maps_of<'a>(
     scene: &'a Scene,
     solution: &'a Solution,
@@ -39,11 +39,11 @@ pub(super) fn maps_of<'a>(
     maps.filter(|(_, set)| is_wanted(scene.receivers[*set].quantity)).collect()
 }
 
-/// `luminance.csv` and `ugr.csv`, where there is something to put in.
+/// Makes `luminance.csv` and `ugr.csv`, each if there are values for it.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub(super) fn observer_files<'a>(
     scene: &'a Scene,
     solution: &'a Solution,

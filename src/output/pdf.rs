@@ -1,4 +1,4 @@
-//! A report's markup as a PDF on A4, with the program's own fonts: the same words and pictures as the page for browsers.
+//! Converts a report's markup to a PDF on A4, with the bundled fonts. It has the same words and pictures as the page for browsers.
 
 mod drawing;
 mod ink;
@@ -7,21 +7,22 @@ mod markup;
 
 use layout::Layout;
 
-/// What a file tells of itself.
+/// Metadata of a file.
 pub(super) struct About<'a> {
     /// Title.
     pub title: &'a str,
-    /// Author; empty where nobody is named.
+    /// Author; empty if none is given.
     pub author: &'a str,
-    /// Code of its language.
+    /// Code of the language.
     pub language: &'a str,
-    /// When it was made, in seconds since 1970.
+    /// When the file was made, in seconds since 1970.
     pub unix_time_s: u64,
 }
 
-/// The PDF of a page's markup, which is well-formed but for line breaks. `None` where it is not: no result is lost for want of a page.
+/// The PDF of a page's markup, which must be well-formed except for `<br>`. `None` if it is not, so that no result is lost for a
+/// missing page.
 pub(super) fn pdf(markup: &str, about: &About) -> Option<Vec<u8>> {
-    // XML has no place for two letters that a name may hold.
+    // XML forbids these two characters, which a name may contain.
     let markup = markup.replace("<br>", "<br/>").replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
     let text = format!("<body>{markup}</body>");
     let tree = roxmltree::Document::parse(&text).ok()?;
@@ -62,7 +63,7 @@ mod tests {
         picture.words(Words::new("Ē ≥ 5 ✓ \u{1f600}", [10.0, 20.0], 12.0).turned(-90.0).rimmed(1.0));
         let one = figure(&picture, "below");
         assert_eq!([1, 2, 3, 4].map(|count| pages(&one.repeat(count))), [1, 1, 2, 2]);
-        // Two fill a page; where few words follow, up to the next heading, they give way.
+        // Two pictures fill a page. If few words follow before the next heading, the pictures are reduced.
         let with_items = |count: usize| one.repeat(2) + &"<li>a line</li>".repeat(count);
         assert_eq!([4, 10, 14].map(|count| pages(&with_items(count))), [1, 1, 2]);
         assert_eq!(pages(&format!("{}<h2>Next</h2>", with_items(4))), 2, "a heading is not asked to stay");

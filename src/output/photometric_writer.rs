@@ -1,19 +1,20 @@
-//! Writes intensity distributions as IES LM-63-2002 and EULUMDAT files. Neither holds a date, so that equal runs give equal bytes.
+//! Writes intensity distributions as IES LM-63-2002 and EULUMDAT files. Neither contains a date, so that equal runs give equal
+//! bytes.
 
 use super::leaving_light::LeavingLight;
 use super::sheet::shortest;
 use crate::scene::Scene;
 
-/// Numbers of a line of an IES file.
+/// Numbers on a line of an IES file.
 const NUMBERS_PER_LINE: usize = 8;
-/// Letters of a text field of an EULUMDAT file, at most.
+/// Largest number of letters of a text field of an EULUMDAT file.
 const LONGEST_FIELD: usize = 78;
-/// Letters of a line of an IES file, at most, its keyword left out.
+/// Largest number of letters of a line of an IES file, without its keyword.
 const LONGEST_LABEL: usize = 200;
-/// Direct ratios of an EULUMDAT file.
+/// Number of direct ratios in an EULUMDAT file.
 const DIRECT_RATIOS: usize = 10;
 
-/// An IES file: the luminaires' flux as that of one lamp, intensities in cd.
+/// An IES file. The luminaires' flux is given as that of one lamp; intensities are in cd.
 pub(super) fn ies_text(scene: &Scene, light: &LeavingLight) -> String {
     let (web, [c0_m, c90_m, height_m]) = (&light.web, light.table.opening_m);
     let is_rotational = light.table.planes == 1;
@@ -41,7 +42,7 @@ pub(super) fn ies_text(scene: &Scene, light: &LeavingLight) -> String {
     text
 }
 
-/// An EULUMDAT file: the luminaires' flux as that of one set of lamps, intensities for 1000 lm of it.
+/// An EULUMDAT file. The luminaires' flux is given as that of one set of lamps; intensities are for 1000 lm of it.
 pub(super) fn eulumdat_text(scene: &Scene, light: &LeavingLight) -> String {
     let (web, table) = (&light.web, light.table);
     let is_rotational = table.planes == 1;
@@ -49,7 +50,7 @@ pub(super) fn eulumdat_text(scene: &Scene, light: &LeavingLight) -> String {
     let [c0_mm, c90_mm, height_mm] = &millimetres;
     let flux_lm = web.luminous_flux_lm();
     let downward = web.hemisphere_fluxes_lm().map_or(0.0, |[below_lm, _]| below_lm / flux_lm.max(f64::MIN_POSITIVE));
-    // Without light there is nothing to relate intensities to.
+    // Without flux, intensities cannot be related to it.
     let per_klm = if light.lamps_lm > 0.0 { 1000.0 / light.lamps_lm } else { 1.0 };
     let mut fields: Vec<String> = Vec::new();
     let mut add = |field: &str| fields.push(field.to_owned());
@@ -65,7 +66,7 @@ pub(super) fn eulumdat_text(scene: &Scene, light: &LeavingLight) -> String {
     add(&label(&light.map.name, LONGEST_FIELD));
     add("");
     add("");
-    // Length, width and height of the luminaire, then of its luminous area, whose length lies along C90–C270.
+    // Length, width and height of the luminaire, then of its luminous area. The length lies along C90–C270.
     [c90_mm, c0_mm, height_mm, c90_mm, c0_mm].into_iter().for_each(|size| add(size));
     (0..4).for_each(|_| add(height_mm));
     add(&nine_digits(100.0 * downward));
@@ -81,11 +82,11 @@ pub(super) fn eulumdat_text(scene: &Scene, light: &LeavingLight) -> String {
     web.gamma_deg.iter().for_each(|angle| add(&nine_digits(*angle)));
     let stored = &web.intensity_cd[..planes * web.gamma_deg.len()];
     stored.iter().for_each(|intensity_cd| add(&nine_digits(intensity_cd * per_klm)));
-    // The format's lines end as they did where it was made.
+    // The format's lines end with CR LF, as on the system where it was made.
     fields.join("\r\n") + "\r\n"
 }
 
-/// How the distribution came about, in a line.
+/// The origin of the distribution, in one line.
 fn provenance(light: &LeavingLight) -> String {
     format!("computed, maintained values, stated error {:.2} %", 100.0 * light.map.error.estimated)
 }
@@ -102,7 +103,7 @@ fn lines(numbers: &[f64]) -> String {
     numbers.chunks(NUMBERS_PER_LINE).map(line).collect()
 }
 
-/// A number to nine digits, no more of them written than it needs.
+/// A number with nine significant digits, without trailing zeros.
 fn nine_digits(number: f64) -> String {
     let rounded = format!("{number:.8e}").parse().unwrap_or(number);
     shortest(rounded)

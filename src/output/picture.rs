@@ -1,13 +1,13 @@
-//! A picture in the making: areas, lines and words in points of a page, written as SVG or as pixels.
+//! A picture under construction: areas, lines and words at points of a page, written as SVG or as pixels.
 //!
-//! y grows downwards; one unit is a CSS pixel.
+//! y points down; one unit is a CSS pixel.
 
 use std::fmt::Write as _;
 
 use super::color::{BLACK, Ink, WHITE};
 use super::font::FAMILIES;
 
-/// A place on the page.
+/// A point of the page.
 pub type PagePoint = [f64; 2];
 
 /// How a line is drawn.
@@ -17,14 +17,14 @@ pub struct Pen {
     pub ink: Ink,
     /// Its width.
     pub width: f64,
-    /// 1 covers what lies below.
+    /// Opacity from 0 to 1; 1 covers what lies below.
     pub opacity: f64,
-    /// Lengths of dashes and gaps; nothing is drawn through.
+    /// Lengths of dashes and gaps; `None` for a solid line.
     pub dash: Option<[f64; 2]>,
 }
 
 impl Pen {
-    /// A pen that draws through and covers.
+    /// A solid, opaque pen.
     pub fn new(ink: Ink, width: f64) -> Pen {
         Pen { ink, width, opacity: 1.0, dash: None }
     }
@@ -34,13 +34,13 @@ impl Pen {
         Pen { dash: Some([dash, gap]), ..self }
     }
 
-    /// The same, letting through what lies below.
+    /// The same, partly transparent.
     pub fn faint(self, opacity: f64) -> Pen {
         Pen { opacity, ..self }
     }
 }
 
-/// Where a line of words stands to its spot.
+/// How a line of words is aligned with its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextAnchor {
     /// It begins there.
@@ -51,29 +51,29 @@ pub enum TextAnchor {
     End,
 }
 
-/// A line of words; the spot lies on its base line.
+/// A line of words; its point lies on the baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
-    /// What it says.
+    /// The text.
     pub text: String,
-    /// Where.
+    /// Position.
     pub spot: PagePoint,
     /// Size of the type.
     pub size: f64,
     /// Bold type.
     pub bold: bool,
-    /// How it stands to its spot.
+    /// Alignment with its point.
     pub anchor: TextAnchor,
-    /// Turn about the spot in degrees, clockwise as seen.
+    /// Rotation about the point in degrees, clockwise as seen.
     pub turn_deg: f64,
     /// Its ink.
     pub ink: Ink,
-    /// Width of a white rim that sets it off from what lies below.
+    /// Width of a white rim that separates the words from what lies below.
     pub rim: f64,
 }
 
 impl Words {
-    /// Black words that begin at a spot.
+    /// Black words that begin at a point.
     pub fn new(text: impl Into<String>, spot: PagePoint, size: f64) -> Words {
         let text = text.into();
         Words { text, spot, size, bold: false, anchor: TextAnchor::Start, turn_deg: 0.0, ink: BLACK, rim: 0.0 }
@@ -84,7 +84,7 @@ impl Words {
         Words { bold: true, ..self }
     }
 
-    /// Standing otherwise to the spot.
+    /// With another alignment.
     pub fn anchored(self, anchor: TextAnchor) -> Words {
         Words { anchor, ..self }
     }
@@ -94,7 +94,7 @@ impl Words {
         Words { ink, ..self }
     }
 
-    /// Turned.
+    /// Rotated by an angle in degrees.
     pub fn turned(self, turn_deg: f64) -> Words {
         Words { turn_deg, ..self }
     }
@@ -105,25 +105,25 @@ impl Words {
     }
 }
 
-/// One thing in a picture.
+/// One item of a picture.
 #[derive(Clone, Debug)]
 pub(super) enum Item {
-    /// Filled rings; where they are `crisp`, neighbours leave no seam.
+    /// Filled rings. If `crisp`, no seams appear between neighbours.
     Area { rings: Vec<Vec<PagePoint>>, ink: Ink, opacity: f64, crisp: bool },
-    /// A line through spots.
+    /// A line through points.
     Line { spots: Vec<PagePoint>, closed: bool, pen: Pen },
     /// Words.
     Words(Words),
 }
 
-/// A picture: things drawn one over the other on white paper.
+/// A picture: items drawn one over the other on white paper.
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// Width of the page.
     pub width: f64,
     /// Height of the page.
     pub height: f64,
-    /// What a reader without eyes should know.
+    /// Text alternative for a reader who cannot see the picture.
     pub description: String,
     pub(super) items: Vec<Item>,
 }
@@ -169,14 +169,14 @@ impl Picture {
         self.items.push(Item::Words(words));
     }
 
-    /// The picture as an SVG file of its own.
+    /// The picture as a separate SVG file.
     pub fn svg(&self) -> String {
         let (width, height) = (short(self.width), short(self.height));
         let size = format!(" width=\"{width}\" height=\"{height}\"");
         format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}", self.svg_element(&size))
     }
 
-    /// The picture as an `svg` element for a page that gives it its width.
+    /// The picture as an `svg` element, for a page that sets its width.
     pub fn inline_svg(&self) -> String {
         self.svg_element("")
     }
@@ -197,7 +197,7 @@ impl Picture {
     }
 }
 
-/// Corners of a circle, close enough for the eye.
+/// Corners of a polygon that looks like a circle.
 fn circle([x, y]: PagePoint, radius: f64) -> Vec<PagePoint> {
     let corners = (8.0 + 2.0 * radius).min(180.0) as u32;
     let turn = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(corners);
@@ -238,7 +238,7 @@ fn write_item(svg: &mut String, item: &Item) {
 }
 
 fn write_words(svg: &mut String, words: &Words) {
-    // The rim is a text of its own, below: not every program draws a stroke behind its fill.
+    // The rim is a separate text below: not every program draws a stroke behind its fill.
     if words.rim > 0.0 {
         let width = short(2.0 * words.rim);
         let white = hex(WHITE);
@@ -265,7 +265,7 @@ fn write_text(svg: &mut String, words: &Words, fill: &str, stroke: &str) {
     *svg += &format!("{stroke}>{}</text>\n", escaped(&words.text));
 }
 
-/// A path through spots, to a tenth of a pixel.
+/// Writes a path through points, to a tenth of a pixel.
 fn path(svg: &mut String, spots: &[PagePoint], closed: bool) {
     let tenth = |x: f64| {
         let text = format!("{:.1}", x + 0.0);
@@ -289,7 +289,7 @@ fn attribute(svg: &mut String, name: &str, value: f64, default: f64) {
     }
 }
 
-/// A coordinate to a hundredth of a pixel.
+/// Formats a coordinate to a hundredth of a pixel.
 fn short(number: f64) -> String {
     let text = format!("{:.2}", number + 0.0);
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -300,7 +300,7 @@ fn hex([red, green, blue]: Ink) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Text made fit for XML and HTML.
+/// Escapes text for XML and HTML.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -309,7 +309,7 @@ pub fn escaped(text: &str) -> String {
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
-            // Control characters stand in no XML file.
+            // XML does not permit control characters.
             letter if letter.is_control() && letter != '\n' && letter != '\t' => escaped.push('\u{fffd}'),
             letter => escaped.push(letter),
         }

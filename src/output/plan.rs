@@ -1,4 +1,4 @@
-//! The plan of a scene: what stands where, with luminaires and receivers, seen from above and to scale.
+//! The plan of a scene: objects, luminaires and receivers, seen from above and to scale.
 
 use std::collections::HashSet;
 
@@ -15,29 +15,29 @@ use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [760.0, 620.0];
-/// The same of a small plan.
+/// Largest width and height of the drawing of a small plan.
 const SMALL: [f64; 2] = [370.0, 290.0];
 const LEFT: f64 = 58.0;
 const TOP: f64 = 16.0;
-/// With more edges than this a plan shows where something stands, not its edges.
+/// Largest number of drawn edges. Beyond it a plan shows only where objects stand.
 const MOST_EDGES: usize = 4000;
-/// Edges between triangles that differ by less than this cosine are not drawn: they lie within a smooth or flat face.
+/// An edge is not drawn if the cosine between its triangles exceeds this: it lies within a smooth or flat face.
 pub(super) const SMOOTH_COSINE: f64 = 0.94;
-/// Side of a square that is covered or not, where there are too many edges.
+/// Side of the squares that show objects if there are too many edges.
 const SQUARE: f64 = 2.0;
-/// Of more luminaires than this only one is drawn in each square of a picture that symbols fill.
+/// Beyond this many luminaires, only one is drawn in each square of the page of the size of a symbol.
 const MOST_SYMBOLS: usize = 2_000;
 const SYMBOL: f64 = 10.0;
-/// Symbols of more luminaires than this bear no letters.
+/// Beyond this many luminaires, symbols have no letters.
 const MOST_LETTERS: usize = 200;
-/// Of more receiver sets than this the first alone bear their names: each is put below those that are in its way.
+/// Largest number of receiver sets that are named. Each name is moved below the names in its way.
 const MOST_NAMES: usize = 200;
-/// What stays free beside a name.
+/// Free space beside a name.
 const FREE: f64 = 4.0;
 /// Ink of edges.
 const EDGES: Ink = [120, 120, 120];
 
-/// The scene from above: x to the right, y up, in metres.
+/// Draws the scene from above: x to the right, y up, in metres.
 pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::begin(scene, say!("Plan of the scene from above"));
     let mut labels = Labels::default();
@@ -46,7 +46,7 @@ pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     picture
 }
 
-/// The same so small that two pictures stand side by side.
+/// The same, so small that two pictures fit side by side.
 pub fn small_plan(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::within(scene, say!("Plan of the scene from above"), SMALL);
     let mut labels = Labels::default();
@@ -65,7 +65,7 @@ fn bounds_m(scene: &Scene) -> [DVec3; 2] {
         .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)])
 }
 
-/// Edges with the triangle of each: sorted, those of one edge lie together, and millions of them take little room.
+/// Edges, each with its triangle, in sorted order, so that those of one edge are adjacent. Millions of them take little memory.
 pub(super) fn edges_with_triangles(scene: &Scene) -> Vec<[u32; 3]> {
     let mut sides: Vec<[u32; 3]> = Vec::with_capacity(3 * scene.triangles.len());
     for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
@@ -85,21 +85,21 @@ pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
     emission.place_m().unwrap_or(DVec3::ZERO)
 }
 
-/// What bears words already: left end, base line and width of each, and how many of them are names of receiver sets.
+/// Occupied places of words: left end, baseline and width of each, and how many of them are names of receiver sets.
 #[derive(Default)]
 pub(super) struct Labels {
     taken: Vec<[f64; 3]>,
     names: usize,
 }
 
-/// A plan in the making: its frame, and the scene that it shows.
+/// A plan under construction: its frame, and its scene.
 pub(super) struct Plan<'a> {
     scene: &'a Scene,
     frame: ChartFrame,
 }
 
 impl<'a> Plan<'a> {
-    /// The frame and what stands in it.
+    /// Draws the frame and the scene's objects.
     pub fn begin(scene: &'a Scene, title: impl Into<String>) -> (Plan<'a>, Picture) {
         Plan::within(scene, title, LARGEST)
     }
@@ -127,7 +127,7 @@ impl<'a> Plan<'a> {
         (plan, picture)
     }
 
-    /// Where a point is drawn.
+    /// The point of the page for a point of the scene.
     pub fn spot(&self, point_m: DVec3) -> PagePoint {
         self.frame.spot(point_m.x, point_m.y)
     }
@@ -177,7 +177,7 @@ impl<'a> Plan<'a> {
         edges
     }
 
-    /// Squares above the floor that something faces upward over, joined along rows.
+    /// Squares that contain upward-facing surfaces above the floor, joined along rows.
     fn covered_squares(&self) -> Vec<Vec<PagePoint>> {
         let scene = self.scene;
         let floor_m = scene.vertices_m.iter().map(|vertex| vertex.z).fold(f64::INFINITY, f64::min);
@@ -238,15 +238,15 @@ impl<'a> Plan<'a> {
                     self.draw_sights(picture, eye_m, &[]);
                     self.label(picture, labels, &[self.spot(eye_m)], set.name.clone());
                 }
-                // What leaves the scene is received nowhere in it.
+                // Light that leaves the scene is not received at a place in it.
                 ReceiverLayout::Intensity(_) => {}
                 _ => self.draw_observer(picture, labels, set),
             }
         }
     }
 
-    /// An eye with the first, the middle and the last of its directions; of observers of glare all eyes, and if there is
-    /// one alone, the line of sight.
+    /// Draws an eye with the first, the middle and the last of its directions. For glare observers it draws all eyes, and the line
+    /// of sight if there is only one.
     fn draw_observer(&self, picture: &mut Picture, labels: &mut Labels, set: &ReceiverSet) {
         let Some(first) = set.points.first() else { return };
         let last = set.points.len() - 1;
@@ -271,7 +271,7 @@ impl<'a> Plan<'a> {
         self.label(picture, labels, &spots, set.name.clone());
     }
 
-    /// An eye with lines of sight.
+    /// Draws an eye with lines of sight.
     pub fn draw_sights(&self, picture: &mut Picture, eye_m: DVec3, views: &[DVec3]) {
         const SIGHT: f64 = 26.0;
         let eye = self.spot(eye_m);
@@ -292,7 +292,8 @@ impl<'a> Plan<'a> {
         self.label(picture, labels, &spots, set.name.clone());
     }
 
-    /// Names a set at its upper left corner, below words that stand there already, and within the page; of very many sets the first.
+    /// Names a set at its upper left corner, below words that are there already, and within the page. Of very many sets only the
+    /// first are named.
     pub fn label(&self, picture: &mut Picture, labels: &mut Labels, ring: &[PagePoint], text: String) {
         if labels.names >= MOST_NAMES {
             return;
@@ -314,14 +315,14 @@ impl<'a> Plan<'a> {
 
     fn draw_luminaires(&self, picture: &mut Picture, labels: &mut Labels, schedule: &Schedule) {
         let has_letters = self.scene.luminaires.len() <= MOST_LETTERS;
-        // Of very many, symbols that hide each other are one.
+        // If there are very many, symbols that hide each other are drawn once.
         let is_crowded = self.scene.luminaires.len() > MOST_SYMBOLS;
         let mut drawn: HashSet<[i64; 2]> = HashSet::new();
         let mut named = HashSet::new();
         for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
             let emission = &luminaire.emission;
             if emission.is_daylight() {
-                // It stands nowhere.
+                // Daylight has no position.
                 continue;
             }
             let middle = match emission.place_m() {
@@ -375,11 +376,11 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// An arrow from a luminaire along C0, which bears its name once for each kind of luminaire; none where C0 points up or down.
+/// Draws an arrow from a luminaire along C0, with the name of C0 if `is_named`. There is none if C0 points up or down.
 fn draw_c0(picture: &mut Picture, [x, y]: PagePoint, c0: DVec3, is_named: bool) {
     const REACH: f64 = 20.0;
     const BARB: f64 = 4.0;
-    // A shorter arrow than the symbol's rim could not be seen.
+    // A shorter arrow would be hidden by the symbol.
     const LEAST: f64 = 0.4;
     let (right, down) = (c0.x, -c0.y);
     if right.hypot(down) < LEAST {
@@ -409,7 +410,7 @@ mod tests {
     use super::*;
     use crate::check::scene_from_json;
 
-    /// A thousand sets at one place: two hundred names stand below each other, and no more are looked at.
+    /// A thousand sets at one position: two hundred names stand below each other, and the other sets are skipped.
     #[test]
     fn of_very_many_sets_the_first_bear_their_names() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
@@ -423,7 +424,7 @@ mod tests {
         }
         assert_eq!(labels.taken.len(), MOST_NAMES);
         assert!(labels.taken.windows(2).all(|pair| pair[1][1] - pair[0][1] >= 14.0));
-        // At the right edge a name is moved inward, and away from what bears words.
+        // At the right edge a name is moved inward, and away from other words.
         let right = picture.width;
         let mut labels = Labels { taken: vec![[right - 60.0, 114.0, 40.0]], names: 0 };
         plan.label(&mut picture, &mut labels, &[[right - 10.0, 100.0]], "view to the board".to_owned());

@@ -26,34 +26,34 @@ use crate::scene::photometry::IntensityWeb;
 use crate::scene::{Emission, Quantity, Scene};
 use crate::solver::Solution;
 
-/// Surfaces that are plotted at most; those with the most elements, if there are more.
+/// Largest number of surfaces that are plotted: those with the most elements, if there are more.
 pub const MOST_SURFACES: usize = 200;
-/// Receiver sets that are plotted at most, and written as grids. Of more, the first few are: nobody leafs through them, a page takes as
-/// long to write as fifty rows of a table, and a time limit waits for neither.
+/// Largest number of receiver sets that are all plotted and written as grids, and the number of the first ones otherwise. Nobody
+/// reads more pages. A page takes as long to write as fifty rows of a table, and a time limit waits for neither.
 const MOST_SETS: usize = 200;
 const SETS_OF_MANY: usize = 50;
 
-/// A surface side whose stated error is larger is not plotted: its colours would be those of chance.
+/// A surface side with a larger stated error is not plotted: its colours would show noise.
 const MOST_ERROR_SHOWN: f64 = 0.3;
 
-/// What a plot shows.
+/// The content of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotKind {
     /// False colours and isolux lines of a grid.
     Grid,
     /// Luminance in false colours, or over the angle of a fan.
     Luminance,
-    /// Intensity of what leaves the scene.
+    /// Intensity of the light that leaves the scene.
     Intensity,
     /// Values of a grid as numbers.
     Values,
     /// False colours and lines of daylight factors of a grid.
     Daylight,
-    /// The same of the part that comes straight from the sky.
+    /// False colours and lines of the sky component on a grid.
     SkyComponent,
-    /// Where the two halves of a grid differ.
+    /// Differences between the two halves of a grid.
     Halves,
-    /// How often by how much they do.
+    /// Histogram of these differences.
     HalvesHistogram,
     /// False colours and isolux lines of a surface side with this many elements.
     Surface(usize),
@@ -65,26 +65,26 @@ pub enum PlotKind {
     Luminaire,
 }
 
-/// A plot and where it goes.
+/// A plot, its content and its file name.
 #[derive(Clone, Debug)]
 pub struct Plot {
     /// File name without its ending.
     pub stem: String,
-    /// What it shows.
+    /// Content.
     pub kind: PlotKind,
-    /// Grid, surface or luminaire; empty for the run itself.
+    /// Name of the grid, surface or luminaire; empty for the run itself.
     pub subject: String,
     /// The picture.
     pub picture: Picture,
 }
 
 impl Plot {
-    /// The plot as an SVG file that is made when it is written.
+    /// The plot as an SVG file, which is made when it is written.
     pub fn svg(&self) -> StreamedFile<'_> {
         StreamedFile::later(format!("{}.svg", self.stem), || self.svg_file())
     }
 
-    /// The plot as a PNG file that is made when it is written.
+    /// The plot as a PNG file, which is made when it is written.
     pub fn png(&self) -> StreamedFile<'_> {
         StreamedFile::later(format!("{}.png", self.stem), || self.png_file())
     }
@@ -100,13 +100,13 @@ impl Plot {
     }
 }
 
-/// Of so many receiver sets, those that are plotted and written as grids, the first of them: the tables have all.
+/// Number of the first receiver sets that are plotted and written as grids; the tables have all.
 pub fn plotted_sets(sets: usize) -> usize {
     if sets <= MOST_SETS { sets } else { SETS_OF_MANY }
 }
 
-/// Every plot of a run: grids with their value charts, the flat surfaces that light reaches, the error against time,
-/// and the distinct photometric luminaires.
+/// All plots of a run: grids with their value charts, the flat surfaces that light reaches, the error against time, and the
+/// distinct photometric luminaires.
 pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let note = maintenance_note(scene);
     let mut stems = Stems::default();
@@ -135,7 +135,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
                     add(format!("map-{name}-sky-component"), PlotKind::SkyComponent, picture);
                 }
             }
-            // The halves of the main set alone: the others tell no more.
+            // Only the first set's halves are plotted: the others show nothing more.
             let deviations = deviations(map);
             if !has_halves && deviations.iter().any(Option::is_some) {
                 has_halves = true;
@@ -160,7 +160,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             picture: polar_picture(&light.map.name, &light.web, LEAVING),
         });
     }
-    // A map that lies under its own error, or nearly so, is no picture of anything.
+    // A map below its own error, or nearly so, makes no useful picture.
     let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
     let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
     let unbound =
@@ -187,7 +187,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     plots
 }
 
-/// What can be drawn of a scene before it is solved: its plan and its luminaires' polar diagrams.
+/// The plots of a scene before it is solved: its plan and its luminaires' polar diagrams.
 pub fn scene_plots(scene: &Scene) -> Vec<Plot> {
     let plan = Plot {
         stem: "plan".to_owned(),
@@ -248,7 +248,7 @@ pub fn distinct_webs(scene: &Scene) -> Vec<(&str, &IntensityWeb)> {
     webs.into_iter().map(|(name, web)| (name, web.as_ref())).collect()
 }
 
-/// What plots and pages say about maintenance and dimming.
+/// The note on maintenance and dimming for plots and pages.
 pub fn maintenance_note(scene: &Scene) -> String {
     let span = |of: &dyn Fn(usize) -> f64| {
         let numbers = (0..scene.luminaires.len()).map(of);
@@ -273,16 +273,16 @@ pub fn maintenance_note(scene: &Scene) -> String {
     format!("{maintenance}, {dimming}.")
 }
 
-/// File names given away so far.
+/// File names that are in use.
 #[derive(Default)]
 pub(super) struct Stems(HashSet<String>);
 
 impl Stems {
-    /// A name that no other file bears: the one wanted, or that with a number behind it.
+    /// A name that no other file has: the wanted one, or the same with a number after it.
     pub fn fresh(&mut self, wanted: &str) -> String {
         let mut stem = wanted.to_owned();
         let mut number = 2;
-        // Some file systems take a letter's case for nothing.
+        // Some file systems ignore the case of letters.
         while !self.0.insert(stem.to_lowercase()) {
             stem = format!("{wanted}-{number}");
             number += 1;

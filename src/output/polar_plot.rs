@@ -10,20 +10,21 @@ use crate::scene::photometry::IntensityWeb;
 const WIDTH: f64 = 560.0;
 const RADIUS: f64 = 215.0;
 const MIDDLE: PagePoint = [280.0, 300.0];
-/// Where words begin, and the size of the type of what is told of the intensities.
+/// Left edge of the words, and type size of the facts on the intensities.
 const LEFT: f64 = 24.0;
 const FACTS: f64 = 13.0;
-/// Rings that the diagram has at most.
+/// Largest number of rings of the diagram.
 const MOST_RINGS: usize = 5;
 /// Step of γ in degrees along a curve.
 const STEP_DEG: f64 = 0.5;
 
-/// Of a photometric file.
+/// Note on the values of a photometric file.
 pub const INITIAL: &str = words!("Initial values, undimmed.");
-/// Of what leaves a scene.
+/// Note on the light that leaves a scene.
 pub const LEAVING: &str = words!("All that leaves the scene, maintained values.");
 
-/// Intensity in the planes C0–C180 and C90–C270, γ = 0 downward, as the distribution gives it, with a word on what values these are.
+/// Draws the intensity in the planes C0–C180 and C90–C270, with γ = 0 downward, as given by the distribution. `values` is a note on
+/// the kind of values.
 pub fn polar_picture(name: &str, web: &IntensityWeb, values: &'static str) -> Picture {
     let mut picture = Picture::new(WIDTH, 606.0, say!("Luminous intensity of {}", name));
     picture.words(Words::new(say!("Luminous intensity: {}", name), [24.0, 26.0], 17.0).bold());
@@ -58,7 +59,7 @@ fn tick_short(number: f64) -> String {
     tick((number * 1e3).round() / 1e3)
 }
 
-/// Angle from −180° (on the far half plane) to 180° and the intensity there.
+/// Angles from −180° (on the opposite half plane) to 180°, with the intensity in cd.
 fn profile(web: &IntensityWeb, c_deg: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
     let steps = (180.0 / STEP_DEG) as i32;
     (-steps..=steps).map(move |step| {
@@ -68,7 +69,7 @@ fn profile(web: &IntensityWeb, c_deg: f64) -> impl Iterator<Item = (f64, f64)> +
     })
 }
 
-/// γ = 0 points down, C0 (C90) to the right.
+/// The point on the page: γ = 0 points down, C0 (C90) to the right.
 fn spot(angle_deg: f64, radius: f64) -> PagePoint {
     let (sine, cosine) = angle_deg.to_radians().sin_cos();
     [MIDDLE[0] + radius * sine, MIDDLE[1] + radius * cosine]

@@ -1,4 +1,4 @@
-//! Receiver sets as sensor grids of Radiance: places in `.pts`, illuminances in `.res`, and the list that honeybee reads.
+//! Receiver sets as sensor grids of Radiance: points in `.pts`, illuminances in `.res`, and the list that honeybee reads.
 
 use serde_json::json;
 
@@ -12,9 +12,10 @@ use crate::scene::{ReceiverPoint, Scene};
 /// Name of the list of grids.
 pub(super) const GRIDS_INFO: &str = "grids_info.json";
 
-/// Two files a set, of the first sets where there are very many, a line a point in the order of `receivers.csv`: `x y z nx ny nz` in m, and the illuminance in lx; and their list.
+/// Two files for each set (for the first sets if there are very many), and their list. Each has one line for each point, in the
+/// order of `receivers.csv`: `x y z nx ny nz` with positions in m, or the illuminance in lx.
 ///
-/// Numbers are those of `receivers.csv`, which refuses what is not finite.
+/// The numbers are those of `receivers.csv`, which refuses numbers that are not finite.
 pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) -> Vec<StreamedFile<'a>> {
     let mut stems = Stems::default();
     let mut files: Vec<StreamedFile> = Vec::new();
@@ -39,7 +40,7 @@ pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) 
     files
 }
 
-/// A file of lines that are made while it is written.
+/// A file whose lines are made while it is written.
 fn lines<'a, I: Iterator<Item = String>>(name: String, lines: impl Fn() -> I + Send + Sync + 'a) -> StreamedFile<'a> {
     let told = name.clone();
     StreamedFile::new(name, move |writer| {

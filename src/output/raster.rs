@@ -1,4 +1,4 @@
-//! Pictures in pixels.
+//! Pictures as pixels.
 
 use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, StrokeDash, Transform};
 
@@ -6,7 +6,7 @@ use super::color::{Ink, WHITE};
 use super::font::{self, Stroke};
 use super::picture::{Item, PagePoint, Picture, TextAnchor, Words};
 
-/// Pixels per unit of a picture: sharp in print at the width of a column.
+/// Pixels for each unit of a picture: sharp in print at the width of a column.
 const PIXELS_PER_UNIT: f32 = 2.0;
 
 /// A picture as a PNG file.
@@ -63,7 +63,7 @@ fn draw_words(map: &mut Pixmap, words: &Words, scale: Transform) {
     map.fill_path(&path, &paint(words.ink, 1.0), FillRule::Winding, scale, None);
 }
 
-/// Outlines of words in the picture's units, turned and in their place.
+/// Outlines of words in the picture's units, rotated and at their position.
 fn word_path(words: &Words) -> Option<Path> {
     let width = font::text_width(&words.text, words.size, words.bold);
     let start = match words.anchor {

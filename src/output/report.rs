@@ -1,4 +1,4 @@
-//! `report.html`: the run on one page for a client.
+//! `report.html`: the run as one page for a client.
 
 mod first_page;
 mod luminaires;
@@ -25,25 +25,26 @@ use crate::scene::{Quantity, Scene};
 use crate::solver::Solution;
 
 pub(super) const STYLE: &str = include_str!("report.css");
-/// Plots of surfaces that a report shows at most.
+/// Largest number of surface plots in a report.
 const MOST_SURFACE_PLOTS: usize = 8;
-/// A surface side with fewer elements shows next to nothing.
+/// Smallest number of elements of a plotted surface side; fewer show next to nothing.
 const FEWEST_ELEMENTS: usize = 32;
-/// Surfaces below this share of the whole area are left to `tables.csv`, where there are many.
+/// If there are many surfaces, those below this share of the total area are listed in `tables.csv` only.
 const SMALL_SHARE: f64 = 0.005;
-/// Receiver sets that a report lists at most: of thousands a page shows no more, and laying out a PDF of them takes seconds.
+/// Largest number of receiver sets that a report lists. A page cannot usefully show thousands, and the layout of a PDF of them
+/// takes seconds.
 const MOST_SETS: usize = 200;
-/// Up to this many surfaces all are listed.
+/// Up to this many surfaces, all are listed.
 const FEW_SURFACES: usize = 16;
 
-/// What a report tells of a run that neither the scene nor the solution knows.
+/// Facts on a run for its report that are neither in the scene nor in the solution.
 #[derive(Clone, Debug)]
 pub struct ReportContext {
     /// Scene file as the user named it.
     pub scene: String,
-    /// The command that makes this report again.
+    /// The command that reproduces this report.
     pub command: String,
-    /// Whether that command gives every digit again, since it fixes the chains.
+    /// Whether that command reproduces every digit, since it fixes the chains.
     pub repeats_digits: bool,
     /// Seconds since 1970 at which the run ended, UTC.
     pub unix_time_s: u64,
@@ -51,12 +52,12 @@ pub struct ReportContext {
     pub wall_s: f64,
     /// Worker threads.
     pub threads: usize,
-    /// Language of the page; plots are in the one that they were [drawn in](in_language).
+    /// Language of the page. Plots are in the language in which they were [drawn](in_language).
     pub language: Language,
 }
 
-/// The report of a run: what is lit how, by what, how exact that is, and how to compute it again. As a page for browsers, and as a PDF
-/// on A4 pages; `None` where its markup cannot be laid out.
+/// The report of a run: the illuminances and luminances, the luminaires, the errors, and the command that reproduces it. Returns a
+/// page for browsers, and a PDF on A4 pages; `None` if the markup cannot be laid out.
 pub fn report_files(
     scene: &Scene,
     solution: &Solution,
@@ -87,13 +88,13 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The page for browsers, with what only they show in its body.
+    /// The page for browsers, whose body has a view that the PDF lacks.
     fn page(&self, [above, below]: &[String; 2]) -> String {
         let view = if self.plots.is_empty() { String::new() } else { view_section(self.scene, self.solution) };
         format!("{}<body>\n{above}{view}{below}</body>\n</html>\n", self.head())
     }
 
-    /// What stands above the view in space, and below it.
+    /// The content above the view in space, and below it.
     fn body(&self) -> [String; 2] {
         let above = self.first_page() + &self.luminaires() + &self.warnings() + &self.results();
         let mut page = self.map_figures();
@@ -161,7 +162,7 @@ impl Report<'_> {
         ) + &self.observers()
     }
 
-    /// What observers see: luminances and glare ratings.
+    /// The section for observers: daylight factors, luminances and glare ratings.
     fn observers(&self) -> String {
         daylight_table(self.scene, self.solution) + &observer_tables(self.scene, self.solution)
     }
@@ -323,12 +324,12 @@ fn lux_markup(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String
     if estimate.is_known() { text } else { escaped(&text) }
 }
 
-/// A least or greatest illuminance as markup, where there are places to tell it of.
+/// A least or greatest illuminance as markup; [`UNKNOWN`] if there is none.
 fn extreme_markup(extreme: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
     extreme.map_or(UNKNOWN.to_owned(), |extreme| lux_markup(extreme, join))
 }
 
-/// A number without its error.
+/// The number without its error.
 fn alone(number: &str, _: &str) -> String {
     number.to_owned()
 }

@@ -1,4 +1,4 @@
-//! What observers see, for the report: luminances and glare ratings.
+//! The report's section for observers: luminances and glare ratings.
 
 use glam::DVec3;
 
@@ -14,14 +14,14 @@ use crate::maps::TableKind;
 use crate::scene::{Background, GlareObserver, Quantity, Scene};
 use crate::solver::{GlareRating, Solution, worst_of_sets};
 
-/// Observers whose glare a report draws, at most.
+/// Largest number of observers whose glare a report draws.
 const MOST_PICTURES: usize = 6;
-/// Luminaires that are named for each reason why they do not count.
+/// Largest number of excluded luminaires that are named for each reason.
 const MOST_OUTSIDE: usize = 40;
-/// Luminaires that a picture's caption names.
+/// Largest number of luminaires that a picture's caption names.
 const MOST_NAMES: usize = 5;
 
-/// The tables of luminance sets and glare ratings; empty where the scene asks for none.
+/// The tables of luminance sets and glare ratings; empty if the scene requests none.
 pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
     let mut page = String::new();
     let rows = || solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.kind == TableKind::Luminance);
@@ -54,7 +54,7 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
     page
 }
 
-/// The intensity distributions of what leaves the scene; empty where none was asked for.
+/// The intensity distributions of the light that leaves the scene; empty if none was requested.
 fn intensity_section(scene: &Scene, solution: &Solution) -> String {
     let all = leaving_light(scene, solution);
     if all.is_empty() {
@@ -148,7 +148,7 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
     section
 }
 
-/// What every luminaire adds to the glare of an observer, drawn in plan.
+/// Every luminaire's contribution to the glare of an observer, drawn in plan.
 fn glare_figure(scene: &Scene, rating: &GlareRating) -> String {
     let strongest: Vec<String> = rating
         .contributions
@@ -195,7 +195,7 @@ fn outside_words(scene: &Scene, rating: &GlareRating) -> String {
     format!("<p class=\"small\">{words}</p>\n<ul class=\"small\">\n{items}</ul>\n")
 }
 
-/// Where the worst of several observers sits and looks, as markup.
+/// Position and direction of the worst of several observers, as markup.
 fn place_of_worst(scene: &Scene, rating: &GlareRating, observers: usize) -> String {
     let all = &scene.receivers[rating.set].observers;
     if all.len() < 2 {
@@ -207,7 +207,7 @@ fn place_of_worst(scene: &Scene, rating: &GlareRating, observers: usize) -> Stri
     )
 }
 
-/// Where an observer sits and looks: `at (2, 3, 1.2) m, towards (1, 0, 0)`.
+/// Position and direction of an observer: `at (2, 3, 1.2) m, towards (1, 0, 0)`.
 pub fn observer_words(observer: &GlareObserver) -> String {
     let rounded = |vector: DVec3, scale: f64| {
         vector.to_array().map(|x| decimal(((scale * x).round() / scale + 0.0).to_string())).join(separator())

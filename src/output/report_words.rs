@@ -1,10 +1,10 @@
-//! What a report says in whole sentences.
+//! Whole sentences of a report.
 
 use super::numbers::percent;
 use super::texts::say;
 use crate::solver::{Solution, StopReason};
 
-/// What was aimed at and what came out.
+/// The target and the error that was reached.
 pub fn target_words(solution: &Solution) -> String {
     let meaning = say!(
         "It is the root mean square of the deviations of all values of a map from the exact ones, over the map's \
@@ -27,7 +27,7 @@ pub fn target_words(solution: &Solution) -> String {
     }
 }
 
-/// How the values came about, and what their errors rest on.
+/// How the values were computed, and the basis of their errors.
 pub fn method_words(solution: &Solution) -> String {
     match solution.replicas {
         0 => say!("The light that surfaces throw to each other was computed from the luminaires' data and the reflectances, as often as it is \
@@ -64,7 +64,7 @@ pub fn stop_words(solution: &Solution) -> String {
     }
 }
 
-/// Terms of the report and what they mean, as markup.
+/// Terms of the report and their meanings, as markup.
 pub fn explanations() -> Vec<(String, String)> {
     [
         (

@@ -1,10 +1,10 @@
-//! Where a scale of colours ends that many surfaces share.
+//! The upper end of a colour scale that many surfaces share.
 
-/// Share of the area that lies below the end of the scale: luminaires and their surroundings are let out of it.
+/// Share of the area that lies below the end of the scale. The rest, luminaires and their surroundings, may exceed it.
 pub const SHARE_IN_SCALE: f64 = 0.98;
 
-/// The illuminance in lx below which nearly all of the area lies, rounded up to two digits, of illuminances and the areas in m² that they
-/// stand for; `None` where all is dark.
+/// The illuminance in lx below which nearly all of the area lies, rounded up to two digits. `lit` has illuminances in lx and their
+/// areas in m². `None` if everything is dark.
 pub fn end_of_scale_lx(mut lit: Vec<(f64, f64)>) -> Option<f64> {
     lit.sort_by(|a, b| a.0.total_cmp(&b.0));
     let wanted_m2 = SHARE_IN_SCALE * lit.iter().map(|(_, area_m2)| area_m2).sum::<f64>();

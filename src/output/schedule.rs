@@ -1,44 +1,44 @@
-//! The luminaire schedule: luminaires of one kind together, and what they take and give.
+//! The luminaire schedule: luminaires grouped by kind, and their power and flux.
 
 use std::sync::Arc;
 
 use super::texts::words;
 use crate::scene::{Emission, Luminaire, Scene};
 
-/// Kinds that have a row each; luminaires of all further ones share the last row.
+/// Largest number of kinds with a row each; all luminaires of further kinds share the last row.
 const MOST_KINDS: usize = 60;
 
-/// Luminaires that differ in nothing but name, place and aim, or the rest of very many kinds.
+/// Luminaires that differ only in name, position and aim, or the rest of very many kinds.
 #[derive(Clone, Debug)]
 pub struct ScheduleRow {
-    /// Letter by which the plan names them.
+    /// Letter of these luminaires on the plan.
     pub letter: String,
-    /// Their places in [`Scene::luminaires`].
+    /// Their indices in [`Scene::luminaires`].
     pub members: Vec<usize>,
     /// How they emit, in words.
     pub kind: &'static str,
-    /// Whether they are of one kind; else their numbers differ.
+    /// Whether they are of one kind; otherwise their values differ.
     pub is_one_kind: bool,
 }
 
-/// Luminaires of one kind together, in the order of the scene; as many kinds as can be read.
+/// Luminaires grouped by kind, in the order of the scene, with a readable number of rows.
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    /// One row a kind.
+    /// One row for each kind.
     pub rows: Vec<ScheduleRow>,
 }
 
-/// What the luminaires of a scene take, where it is known.
+/// Electric power of the luminaires of a scene, as far as it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Power {
-    /// Sum of the known powers in W, not dimmed.
+    /// Sum of the known powers in W, undimmed.
     pub known_w: f64,
-    /// Luminaires whose power is unknown.
+    /// Number of luminaires whose power is unknown.
     pub unknown: usize,
 }
 
 impl Schedule {
-    /// Sorts the luminaires of a scene.
+    /// Groups the luminaires of a scene.
     pub fn of(scene: &Scene) -> Schedule {
         let mut rows: Vec<ScheduleRow> = Vec::new();
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
@@ -68,21 +68,21 @@ impl Power {
     pub fn of(scene: &Scene) -> Power {
         let known_w =
             scene.luminaires.iter().filter_map(|luminaire| luminaire.power_w).fold(0.0, |sum, power_w| sum + power_w);
-        // Daylight draws none.
+        // Daylight uses no power.
         let draws = |luminaire: &&Luminaire| !luminaire.emission.is_daylight();
         let unknown = scene.luminaires.iter().filter(draws).filter(|luminaire| luminaire.power_w.is_none()).count();
         Power { known_w, unknown }
     }
 }
 
-/// A, B, …, Z, AA, AB, …
+/// The letters of a row: A, B, …, Z, AA, AB, …
 fn letters(index: usize) -> String {
     let letter = char::from(b'A' + (index % 26) as u8);
     if index < 26 { letter.to_string() } else { format!("{}{letter}", letters(index / 26 - 1)) }
 }
 
 fn are_alike(one: &Luminaire, other: &Luminaire) -> bool {
-    // The same lamps may differ by rounding, where their flux follows from an area.
+    // The fluxes of equal lamps may differ by rounding, if they follow from an area.
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
     let distribution = match (&one.emission, &other.emission) {
         (Emission::Photometric { web: a, .. }, Emission::Photometric { web: b, .. }) => Arc::ptr_eq(a, b) || a == b,
@@ -95,7 +95,7 @@ fn are_alike(one: &Luminaire, other: &Luminaire) -> bool {
         && one.power_w == other.power_w
 }
 
-/// Area in m² of what faces upward at the lowest level of a scene: the floor, by which specific powers are counted.
+/// Area in m² of the surfaces that face upward at the lowest level of a scene: the floor, to which power per area refers.
 pub fn floor_area_m2(scene: &Scene) -> f64 {
     /// Upward faces within this height in m of the lowest one belong to the floor.
     const LEVEL_M: f64 = 0.05;
@@ -117,7 +117,7 @@ mod tests {
     use super::{MOST_KINDS, Schedule, letters};
     use crate::check::scene_from_json;
 
-    /// 1,000 luminaires of as many fluxes: the schedule has as many rows as can be read and holds them all, each once.
+    /// 1,000 luminaires with different fluxes: the schedule has a readable number of rows and lists every luminaire once.
     #[test]
     fn luminaires_of_very_many_kinds_share_the_last_row() {
         let lamps: Vec<String> = (1..=1000)

@@ -1,7 +1,7 @@
-//! Files that go on with work: shares of a run, and its checkpoints. All are laid out alike, and read by one reader.
+//! Files from which work is continued: shares of a run, and its checkpoints. All have one layout and one reader.
 //!
-//! A line with the format's name and the digest of the next line; that line, JSON, which tells what follows and holds its digest; and
-//! the numbers.
+//! The first line has the format's name and the digest of the second line. The second line is JSON; it describes the rest and has
+//! its digest. The numbers follow.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -11,10 +11,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-/// A longer line is no header.
+/// Largest length of a header's line, in bytes.
 const LONGEST_HEADER: u64 = 1 << 28;
 
-/// A file that work cannot go on with.
+/// A file from which work cannot be continued.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}\n  in {}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}", path.display())]
 pub struct SealedError {
@@ -24,30 +24,30 @@ pub struct SealedError {
     pub what: String,
     /// What was found.
     pub got: String,
-    /// What could have been.
+    /// What was expected.
     pub expected: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
-/// A kind of such files, and what is said of one that cannot be used.
+/// A kind of sealed file, with the texts of its error messages.
 pub(super) struct Format {
-    /// Begins the file.
+    /// Beginning of the file.
     pub name: &'static str,
-    /// What a damaged one is not.
+    /// Message for a damaged file.
     pub is_no: &'static str,
-    /// What one that cannot be read is not.
+    /// Message for a file that cannot be read.
     pub is_unreadable: &'static str,
-    /// What was expected to be there.
+    /// What was expected to be there, if the file cannot be read.
     pub expected_there: &'static str,
-    /// What an undamaged one is.
+    /// Description of an undamaged file.
     pub expected: &'static str,
-    /// What to do.
+    /// The remedy.
     pub remedy: &'static str,
 }
 
 impl Format {
-    /// A file that is not whole, or not of this format.
+    /// The error for a file that is incomplete or not of this format.
     pub fn damaged(&self, path: &Path, got: impl Into<String>) -> SealedError {
         SealedError {
             path: path.to_path_buf(),
@@ -58,7 +58,7 @@ impl Format {
         }
     }
 
-    /// A file that the system does not give.
+    /// The error for a file that the system does not let read.
     pub fn unreadable(&self, path: &Path, error: &std::io::Error) -> SealedError {
         SealedError {
             path: path.to_path_buf(),
@@ -83,7 +83,7 @@ impl Format {
     pub fn read<T: DeserializeOwned>(&self, path: &Path) -> Result<Sealed<T>, SealedError> {
         let unreadable = |error: std::io::Error| self.unreadable(path, &error);
         let damaged = |got: &str| self.damaged(path, got);
-        // A pipe would keep one waiting when it is opened already.
+        // Opening a pipe would already wait for its other end.
         if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
             return Err(unreadable(std::io::Error::other("a directory, device or pipe")));
         }
@@ -110,11 +110,11 @@ impl Format {
     }
 }
 
-/// What the reader finds.
+/// The result of the reader.
 pub(super) struct Sealed<T> {
-    /// What the file tells of itself.
+    /// Header of the file.
     pub header: T,
-    /// Bytes before the numbers, and in all.
+    /// Bytes before the numbers, and bytes in all.
     pub begin: u64,
     pub length: u64,
 }

@@ -1,7 +1,7 @@
-//! `share.luxmc`: what one share of a run leaves for a merge.
+//! `share.luxmc`: the result of one share of a run, for a merge.
 //!
-//! A header that tells what was run ([`super::sealed`]), and the sums: little-endian f64, map by map, replica by replica, first of direct,
-//! then of indirect light.
+//! The file has a header with the settings of the run ([`super::sealed`]), and the sums: little-endian f64, map by map, replica by
+//! replica, first of direct, then of indirect light.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -17,29 +17,29 @@ use crate::solver::{MapOfShare, MapSums, Share, ShareRecord};
 
 /// Name of the file.
 pub const SHARE_FILE: &str = "share.luxmc";
-/// No run counts further.
+/// Largest count of chains or rays of any run.
 const MOST_COUNTED: u64 = 1 << 53;
-/// No sum of illuminances comes to more: the brightest luminaire has 1e30 lm. Its fourth power is a number.
+/// Largest sum of illuminances: the brightest luminaire has 1e30 lm. The fourth power of this is still a finite number.
 const MOST_SUMMED: f64 = 1e70;
 
-/// What a share tells of itself.
+/// The header of a share.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ShareHeader {
     /// Version of the program.
     pub luxmc: String,
     /// Scene file as the user named it.
     pub scene: String,
-    /// The same from the root of the file system.
+    /// Absolute path of the scene file.
     pub scene_path: PathBuf,
-    /// What tells the scene from others.
+    /// Digest that identifies the scene.
     pub scene_digest: String,
-    /// Method asked for.
+    /// Requested method.
     pub method: String,
     /// Seed of the run.
     pub seed: u64,
-    /// Which share it is.
+    /// Which share this is.
     pub share: Share,
-    /// Target of the merged maps, if one was set.
+    /// Target error of the merged maps as a fraction, if one was set.
     pub target_error: Option<f64>,
     /// The command, without output and share.
     pub command: String,
@@ -47,20 +47,20 @@ pub struct ShareHeader {
     pub stop_reason: String,
     /// Worker threads.
     pub threads: usize,
-    /// What it did.
+    /// Record of its work.
     pub record: ShareRecord,
     /// Digest of the sums.
     pub sums_sha256: String,
 }
 
-/// A share's file, of which the header is read.
+/// The file of a share whose header has been read.
 #[derive(Clone, Debug)]
 pub struct ShareFile {
-    /// Where it lies.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it tells.
+    /// Its header.
     pub header: ShareHeader,
-    /// Bytes before the sums.
+    /// Number of bytes before the sums.
     begin: u64,
 }
 
@@ -73,7 +73,7 @@ const SHARES: Format = Format {
     remedy: "compute this share again: luxmc solve SCENE --share k/n --out DIR",
 };
 
-/// The file of a share; the digest of its sums is filled in.
+/// Makes the file of a share; the digest of its sums is filled in.
 pub fn share_file(header: ShareHeader, sums: &[MapSums]) -> StreamedFile<'_> {
     let mut digest = Sha256::new();
     let taken = for_each_slab(sums, |bytes| {
@@ -90,7 +90,7 @@ pub fn share_file(header: ShareHeader, sums: &[MapSums]) -> StreamedFile<'_> {
     })
 }
 
-/// Hands on the bytes of all sums, one slab at a time.
+/// Passes the bytes of all sums to `take`, one slab at a time.
 fn for_each_slab(sums: &[MapSums], mut take: impl FnMut(&[u8]) -> std::io::Result<()>) -> std::io::Result<()> {
     let mut bytes: Vec<u8> = Vec::new();
     for slab in sums.iter().flat_map(slabs_of) {
@@ -130,18 +130,18 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, SealedError> {
     Ok(ShareFile { path, header, begin })
 }
 
-/// Numbers that the sums of a map are.
+/// Number of values in the sums of a map.
 fn values_of(map: &MapOfShare) -> Option<u64> {
     let slabs = 2 * REPLICAS as u64 + u64::from(map.cells_error.is_some());
     slabs.checked_mul(map.entries as u64)
 }
 
 impl ShareFile {
-    /// The sums of all maps.
+    /// Reads the sums of all maps.
     ///
     /// # Errors
     ///
-    /// Sums that are not those that were written.
+    /// The sums are not those that were written.
     pub fn sums(&self) -> Result<Vec<MapSums>, SealedError> {
         let unreadable = |error: std::io::Error| SHARES.unreadable(&self.path, &error);
         let mut reader = File::open(&self.path).map_err(unreadable)?;
@@ -164,7 +164,7 @@ impl ShareFile {
         if hexadecimal(digest) != self.header.sums_sha256 {
             return Err(SHARES.damaged(&self.path, "sums whose digest is not the one in the header"));
         }
-        // What is no number is no less.
+        // This form of the comparison also refuses NaN.
         if !all.iter().flat_map(slabs_of).flatten().all(|value| value.abs() <= MOST_SUMMED) {
             return Err(SHARES.damaged(&self.path, format!("sums that are no numbers, or beyond {MOST_SUMMED:e}")));
         }

@@ -1,4 +1,4 @@
-//! A table in the making, checked cell by cell.
+//! A table under construction, checked cell by cell.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -18,26 +18,26 @@ pub(super) enum SheetCell<'a> {
     Flag(bool),
 }
 
-/// A CSV table (RFC 4180 quoting, lines end with a line feed), in memory or on its way to a file.
+/// A CSV table (RFC 4180 quoting, lines end with a line feed), in memory or written to a file.
 pub(super) struct Sheet<W: Write = Vec<u8>> {
     name: &'static str,
     columns: Vec<&'static str>,
     writer: csv::Writer<W>,
     rows: usize,
-    /// The number that is being written.
+    /// Buffer for the number that is being written.
     text: String,
 }
 
-/// Writing to memory asks for nothing that could fail.
+/// Writing to memory cannot fail.
 const IN_MEMORY: &str = "a table in memory takes every row";
 
 impl Sheet {
-    /// A table with its header, in memory.
+    /// A table in memory, with its header.
     pub fn new(name: &'static str, columns: &[&'static str]) -> Sheet {
         Sheet::to(name, columns, Vec::new()).expect(IN_MEMORY)
     }
 
-    /// Rows behind so many of a table, without its header, in memory.
+    /// A part of a table in memory, without its header, after this many rows.
     pub fn behind(name: &'static str, columns: &[&'static str], rows: usize) -> Sheet {
         Sheet::over(name, columns, Vec::new(), rows)
     }
@@ -49,18 +49,18 @@ impl Sheet {
 }
 
 impl<W: Write> Sheet<W> {
-    /// A table with its header that goes to a writer.
+    /// A table with its header, written to a writer.
     ///
     /// # Errors
     ///
-    /// What the writer does not take.
+    /// An error of the writer.
     pub fn to(name: &'static str, columns: &[&'static str], writer: W) -> Result<Sheet<W>, OutputError> {
         let mut sheet = Sheet::over(name, columns, writer, 0);
         sheet.taken(|writer| writer.write_record(columns))?;
         Ok(sheet)
     }
 
-    /// What goes to a writer behind so many rows.
+    /// A table written to a writer without a header, after this many rows.
     fn over(name: &'static str, columns: &[&'static str], writer: W, rows: usize) -> Sheet<W> {
         let writer = csv::Writer::from_writer(writer);
         Sheet { name, columns: columns.to_vec(), writer, rows, text: String::new() }
@@ -74,7 +74,7 @@ impl<W: Write> Sheet<W> {
     ///
     /// # Errors
     ///
-    /// A number that is not finite, and what the writer does not take.
+    /// A number that is not finite, and an error of the writer.
     pub fn row(&mut self, fields: &[SheetCell]) -> Result<(), OutputError> {
         debug_assert_eq!(fields.len(), self.columns.len());
         self.rows += 1;
@@ -97,11 +97,11 @@ impl<W: Write> Sheet<W> {
         self.taken(|writer| writer.write_record(None::<&[u8]>))
     }
 
-    /// Ends a table that goes to a writer.
+    /// Ends a table that is written to a writer.
     ///
     /// # Errors
     ///
-    /// What the writer does not take.
+    /// An error of the writer.
     pub fn end(mut self) -> Result<(), OutputError> {
         self.writer.flush().map_err(|error| unwritable(self.name, &error))
     }
@@ -112,7 +112,7 @@ pub fn shortest(number: f64) -> String {
     shortest_in(&mut String::new(), number).to_owned()
 }
 
-/// The same in a text that is used again and again.
+/// The same, in a buffer that is reused.
 fn shortest_in(text: &mut String, number: f64) -> &str {
     text.clear();
     write!(text, "{:?}", number + 0.0).expect("memory takes every letter");
@@ -141,7 +141,7 @@ mod tests {
         assert!(matches!(refused, Err(OutputError::NotFinite { row: 2, column: "x", .. })));
     }
 
-    /// Pieces of a table stand one behind the other, and a fault is told by its row in the whole.
+    /// Parts of a table are joined, and an error reports its row in the whole table.
     #[test]
     fn rows_behind_others_go_on_where_these_end() {
         let mut behind = Sheet::behind("t.csv", &["name", "x"], 4096);

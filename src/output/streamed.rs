@@ -1,13 +1,13 @@
-//! Files that are as long as a map: written row by row, so that no copy of the map lies in memory.
+//! Files whose length grows with a map. They are written row by row, so that no copy of the map is in memory.
 
 use std::io::Write;
 
 use super::{OutputError, ResultFile};
 
-/// What writes a file.
+/// A function that writes a file.
 type Writing<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), OutputError> + Send + Sync + 'a>;
 
-/// A result file that is made while it is written.
+/// A result file whose content is made while it is written.
 pub struct StreamedFile<'a> {
     /// Plain file name.
     pub name: String,
@@ -15,7 +15,7 @@ pub struct StreamedFile<'a> {
 }
 
 impl<'a> StreamedFile<'a> {
-    /// A file of this name, and what writes it.
+    /// A file with this name, written by a function.
     pub fn new(
         name: impl Into<String>,
         writing: impl Fn(&mut dyn Write) -> Result<(), OutputError> + Send + Sync + 'a,
@@ -23,12 +23,12 @@ impl<'a> StreamedFile<'a> {
         StreamedFile { name: name.into(), writing: Box::new(writing) }
     }
 
-    /// A file that is there already.
+    /// A file whose content exists already.
     pub fn of(file: &'a ResultFile) -> StreamedFile<'a> {
         StreamedFile::new(file.name.as_str(), |writer| write_bytes(file, writer))
     }
 
-    /// A file of this name that is made in memory when it is written.
+    /// A file with this name, whose content is made in memory when it is written.
     pub fn later(name: impl Into<String>, make: impl Fn() -> ResultFile + Send + Sync + 'a) -> StreamedFile<'a> {
         StreamedFile::new(name, move |writer| write_bytes(&make(), writer))
     }
@@ -37,16 +37,16 @@ impl<'a> StreamedFile<'a> {
     ///
     /// # Errors
     ///
-    /// What the writer does not take, under the file's name, and a number that no table holds.
+    /// An error of the writer, with the file's name, and a number that no table may hold.
     pub fn write_to(&self, writer: &mut dyn Write) -> Result<(), OutputError> {
         (self.writing)(writer)
     }
 
-    /// The file in memory.
+    /// Makes the file in memory.
     ///
     /// # Errors
     ///
-    /// A number that no table holds.
+    /// A number that no table may hold.
     pub fn made(self) -> Result<ResultFile, OutputError> {
         let mut bytes = Vec::new();
         self.write_to(&mut bytes)?;
@@ -64,7 +64,7 @@ fn write_bytes(file: &ResultFile, writer: &mut dyn Write) -> Result<(), OutputEr
     writer.write_all(&file.bytes).map_err(|error| unwritable(&file.name, &error))
 }
 
-/// A file that the disk does not take; who opened it knows in which directory it lies.
+/// The error for a file that the disk does not accept. The caller that opened the file adds its directory.
 pub(super) fn unwritable(name: &str, error: &std::io::Error) -> OutputError {
     OutputError::unwritable(name, "the file cannot be written", error)
 }

@@ -1,4 +1,4 @@
-//! `summary.json`: the run in one object.
+//! `summary.json`: the run as one object.
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -18,51 +18,51 @@ use crate::solver::{Activity, GlareRating, MoreShares, Portion, Solution, Spendi
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
 
-/// What a summary tells of a run that neither the scene nor the solution knows.
+/// Facts on a run for its summary that are neither in the scene nor in the solution.
 #[derive(Clone, Debug)]
 pub struct RunRecord {
     /// Scene file as the user named it.
     pub scene: String,
     /// Seconds of reading the scene.
     pub read_s: f64,
-    /// Seconds of making and storing all other files.
+    /// Seconds of making and writing all other files.
     pub write_s: f64,
     /// Seconds from process start.
     pub wall_s: f64,
     /// Worker threads.
     pub threads: usize,
-    /// Bytes of memory that it took at most at a time, up to here.
+    /// Largest number of bytes of memory in use at any time so far.
     pub peak_memory_bytes: u64,
-    /// How far off a point may lie that rays see, in m.
+    /// Accuracy in m of the points at which rays hit.
     pub position_accuracy_m: f64,
-    /// All files of the run, the summary apart.
+    /// All files of the run, without the summary.
     pub files: Vec<String>,
-    /// Whether it is a whole run.
+    /// Whether this is a whole run or a part of one.
     pub part: PartOfRun,
 }
 
-/// Whether results are those of a whole run.
+/// Whether results belong to a whole run or to a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PartOfRun {
-    /// They are.
+    /// A whole run.
     Whole,
-    /// They are those of one share, or of a part of the receivers.
+    /// One share of a run, or a part of the receivers.
     Portion(Portion),
-    /// They are merged of so many shares.
+    /// A merge of shares.
     Merged {
         /// Number of shares.
         shares: usize,
-        /// Parts of the receivers that each of them is of.
+        /// Number of parts into which the receivers of each share are divided.
         receivers_parts: u32,
-        /// Seconds of computing of all of them.
+        /// Total computing seconds of all shares.
         compute_s: f64,
-        /// What is missing to the target, if one is set.
+        /// How many more shares the target needs, if one is set.
         more: Option<MoreShares>,
     },
 }
 
 impl PartOfRun {
-    /// What the summary says of it: entries that are null for others.
+    /// The summary's entries for share, part of the receivers and merge; null if they do not apply.
     fn entries(self) -> [Value; 3] {
         match self {
             PartOfRun::Whole => [Value::Null, Value::Null, Value::Null],
@@ -165,7 +165,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
     ResultFile { name: "summary.json".to_owned(), bytes }
 }
 
-/// Rays and seconds by what they were for; what took neither is left out.
+/// Rays and seconds by activity; activities without either are left out.
 fn spent(spending: &Spending) -> Value {
     let entries = Activity::ALL.into_iter().filter_map(|activity| {
         let (rays, seconds) = (spending.rays(activity), spending.seconds(activity));
@@ -226,7 +226,7 @@ fn luminance_entry(map: &MapResult) -> Value {
     })
 }
 
-/// What a distribution of intensities adds up to, and where it is greatest.
+/// Total flux of an intensity distribution, and its greatest intensity.
 fn intensity_entry(light: &LeavingLight) -> Value {
     json!({
         "luminous_flux_lm": light.luminous_flux_lm.value,
@@ -239,7 +239,7 @@ fn intensity_entry(light: &LeavingLight) -> Value {
     })
 }
 
-/// What the luminaires take, undimmed, in all, on each m² of floor, and there for every 100 lx on each grid.
+/// Power of the luminaires, undimmed: in total, for each m² of floor, and for each m² and 100 lx on each grid.
 fn power_entry(scene: &Scene, solution: &Solution) -> Value {
     let (power, floor_m2) = (Power::of(scene), floor_area_m2(scene));
     let is_known = power.known_w > 0.0 && floor_m2 > 0.0;
@@ -260,7 +260,7 @@ fn power_entry(scene: &Scene, solution: &Solution) -> Value {
     })
 }
 
-/// The rating of an observer, the worst of so many.
+/// The rating of an observer, the worst of `observers`.
 fn glare_entry(scene: &Scene, (rating, observers): (&GlareRating, usize)) -> Value {
     let set = &scene.receivers[rating.set];
     let background = match set.quantity {
@@ -302,10 +302,10 @@ struct Summary<'a> {
     luminaires: &'a [Luminaire],
 }
 
-/// Luminaires of a scene from which on equal ones that follow each other are one entry.
+/// From this many luminaires on, equal luminaires in sequence share one entry.
 const MANY_LUMINAIRES: usize = 10_000;
 
-/// What it says of a luminaire, or of so many that differ in their places alone.
+/// The entry of a luminaire, or of several that differ only in their positions.
 #[derive(Serialize)]
 struct LuminaireEntry<'a> {
     name: &'a str,
@@ -333,7 +333,7 @@ impl Serialize for Summary<'_> {
     }
 }
 
-/// An entry for each luminaire; of very many, one for those that are equal and follow each other.
+/// One entry for each luminaire. If there are very many, equal ones in sequence share an entry.
 fn luminaire_entries(luminaires: &[Luminaire]) -> Vec<LuminaireEntry<'_>> {
     if luminaires.len() < MANY_LUMINAIRES {
         return luminaires.iter().map(luminaire_entry).collect();

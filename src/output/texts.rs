@@ -1,8 +1,8 @@
-//! Words of pages, plots and tables in the language of who reads them.
+//! Words of pages, plots and tables in the reader's language.
 //!
-//! The sources hold the English words, in `say!("…")`; a file a language in `texts/` holds what stands for each of them. A page is made
-//! [in a language](in_language), and whatever is said and every number meanwhile is in it. What stands in CSV and JSON files is
-//! neither said nor in a language. `tests/texts.rs` sees to it that a language has words for all that is said, and for nothing else.
+//! The sources contain the English words, in `say!("…")`. A file for each language in `texts/` has the translation of each. A page
+//! is made [in a language](in_language): all words and numbers that are formatted meanwhile are in it. CSV and JSON files are not
+//! translated. `tests/texts.rs` checks that a language has a translation for all words in use, and for no others.
 
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -11,14 +11,14 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-/// The files of the languages besides English.
+/// The files of the languages other than English.
 const FILES: [&str; 1] = [include_str!("texts/de.json")];
 
 /// A language of pages, plots and tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Language {
-    /// Place in [`FILES`]; `None`: English.
+    /// Index in [`FILES`]; `None`: English.
     file: Option<usize>,
 }
 
@@ -28,9 +28,9 @@ pub struct Language {
 struct Texts {
     /// Code of the language by ISO 639-1.
     language: String,
-    /// What parts the decimals of a number.
+    /// The decimal sign of a number.
     decimal_sign: String,
-    /// What stands for English words; `{}` for the next value, `{0}`, `{1}` for values by their number.
+    /// Translations of English words. `{}` is the next value; `{0}`, `{1}` are values by their number.
     texts: HashMap<String, String>,
 }
 
@@ -57,11 +57,11 @@ impl Language {
         self.texts().map_or("en", |texts| &texts.language)
     }
 
-    /// The language of a code.
+    /// The language with a code.
     ///
     /// # Errors
     ///
-    /// A code that no language has: which there are.
+    /// A code that no language has; the text lists the existing codes.
     pub fn of_code(code: &str) -> Result<Language, String> {
         let languages = Language::all();
         let known = || languages.iter().map(|language| language.code()).collect::<Vec<_>>().join(", ");
@@ -88,7 +88,7 @@ impl TryFrom<String> for Language {
     }
 }
 
-/// Does something in a language: all that this thread says and all numbers for reading are in it until that is done.
+/// Runs work in a language: until it ends, all words and numbers that this thread formats are in that language.
 pub fn in_language<T>(language: Language, work: impl FnOnce() -> T) -> T {
     struct Before(Language);
     impl Drop for Before {
@@ -100,17 +100,17 @@ pub fn in_language<T>(language: Language, work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The language that this thread speaks.
+/// The current language of this thread.
 pub(crate) fn language() -> Language {
     LANGUAGE.get()
 }
 
-/// What stands for English words in the language spoken.
+/// English words translated to the current language.
 pub(crate) fn said(english: &'static str) -> &'static str {
     language().texts().and_then(|texts| texts.texts.get(english)).map_or(english, String::as_str)
 }
 
-/// The same with values in their places.
+/// The same, with values inserted.
 pub(crate) fn said_with(english: &'static str, values: &[&dyn Display]) -> String {
     let mut text = String::new();
     let mut rest = said(english);
@@ -128,7 +128,7 @@ pub(crate) fn said_with(english: &'static str, values: &[&dyn Display]) -> Strin
     text + rest
 }
 
-/// A number's text with the decimal sign of the language spoken.
+/// A number's text with the decimal sign of the current language.
 pub(crate) fn decimal(number: impl Into<String>) -> String {
     let number = number.into();
     match language().texts() {
@@ -137,18 +137,18 @@ pub(crate) fn decimal(number: impl Into<String>) -> String {
     }
 }
 
-/// What stands between numbers in a row, so that no decimal sign is taken for it.
+/// The separator between numbers in a row, which differs from the decimal sign.
 pub(crate) fn separator() -> &'static str {
     if decimal(".") == "," { "; " } else { ", " }
 }
 
-/// Says words in the language spoken; `{}` stand for the values that follow.
+/// Translates words to the current language; `{}` stand for the values that follow.
 macro_rules! say {
     ($english:literal $(,)?) => { $crate::output::texts::said($english) };
     ($english:literal, $($value:expr),+ $(,)?) => { $crate::output::texts::said_with($english, &[$(&$value),+]) };
 }
 
-/// Words that are said later, where they are not known when the program is built: see [`said`].
+/// Marks words that are translated later with [`said`], if they are chosen at run time.
 macro_rules! words {
     ($english:literal) => {
         $english

@@ -27,27 +27,27 @@ const COLUMNS: &[&str] = &[
 ];
 const CORRECTION_COLUMNS: &[&str] = &["spacing_h", "x_h", "y_h", "viewing", "ugr_change"];
 
-/// A gap before the columns of each way to look.
+/// A gap before the columns of each viewing direction.
 const OWN_STYLE: &str = ".first { padding-left: 1.6rem; }\n.group { text-align: center; }\n";
 
-/// What a page tells of the luminaire besides its ratings.
+/// Facts on the luminaire for a page, besides its ratings.
 #[derive(Clone, Debug)]
 pub struct UgrTableHeading {
-    /// Maker and name of the luminaire; the file's name where it tells neither.
+    /// Maker and name of the luminaire; the file's name if it states neither.
     pub luminaire: String,
-    /// Terms, in English as texts have them, and what they say, both plain text.
+    /// Terms, as the English keys of translations, and their values, both plain text.
     pub facts: Vec<(&'static str, String)>,
-    /// What its reader should know.
+    /// Warnings for the reader.
     pub warnings: Vec<String>,
     /// Polar diagram.
     pub polar: Picture,
 }
 
-/// The files of a table.
+/// Makes the files of a table.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub fn ugr_table_files(
     heading: &UgrTableHeading,
     table: &UgrTable,
@@ -58,7 +58,7 @@ pub fn ugr_table_files(
     Ok(vec![table_sheet(table)?, correction_sheet(corrections)?, page])
 }
 
-/// One row a room, way to look and set of reflectances; those that nothing shines into the eye in have none.
+/// One row for each room, viewing direction and set of reflectances. Cases in which no light reaches the eye have no row.
 fn table_sheet(table: &UgrTable) -> Result<ResultFile, OutputError> {
     let mut sheet = Sheet::new("ugr-table.csv", COLUMNS);
     for room in &table.rooms {
@@ -192,7 +192,7 @@ fn rating_table(table: &UgrTable) -> String {
     page
 }
 
-/// The class of a column's cells.
+/// The class of a column's cells, which makes the gap before the first.
 fn gap(place: usize) -> &'static str {
     if place == 0 { " class=\"first\"" } else { "" }
 }
@@ -220,7 +220,7 @@ fn correction_table(corrections: &[SpacingCorrection]) -> String {
     table.markup()
 }
 
-/// `−0.2 … +0.4`.
+/// A range of changes: `−0.2 … +0.4`.
 pub fn range_text(range: Option<[f64; 2]>) -> String {
     let signed = |change: f64| decimal(format!("{:+.1}", (10.0 * change).round() / 10.0 + 0.0).replace('-', "−"));
     range.map_or("–".to_owned(), |[least, most]| format!("{} … {}", signed(least), signed(most)))

@@ -1,4 +1,4 @@
-//! What is told of a scene's requirements: `verdicts.csv`, the entries of `summary.json` and the table of the report.
+//! The verdicts on a scene's requirements: `verdicts.csv`, the entries of `summary.json` and the table of the report.
 
 use serde_json::{Value, json};
 
@@ -28,11 +28,11 @@ const COLUMNS: &[&str] = &[
     "verdict",
 ];
 
-/// `verdicts.csv`, where a receiver set has requirements.
+/// Makes `verdicts.csv`; `None` if no receiver set has requirements.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
     let verdicts = verdicts(scene, solution);
     if verdicts.is_empty() {
@@ -90,7 +90,7 @@ pub(super) fn verdict_entries(scene: &Scene, solution: &Solution) -> Vec<Value> 
     verdicts(scene, solution).iter().map(entry).collect()
 }
 
-/// The table of the report with its heading; empty where nothing is required.
+/// The table of the report with its heading; empty if there are no requirements.
 pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
     let verdicts = verdicts(scene, solution);
     if verdicts.is_empty() {
@@ -142,8 +142,8 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
     )
 }
 
-/// Which tasks the entries are of, what they ask of the luminaires' colour rendering, which is not computed, and where their numbers are
-/// from; empty where none is asked.
+/// The tasks of the standard's entries, their required colour rendering of the luminaires (which is not computed), and the sources
+/// of their numbers. Empty if there are no entries.
 fn entries_asked(verdicts: &[Verdict]) -> String {
     let mut asked: Vec<&StandardEntry> = Vec::new();
     for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
@@ -169,7 +169,7 @@ fn entries_asked(verdicts: &[Verdict]) -> String {
     format!("{told} {source}")
 }
 
-/// What of the room is meant, where it is not the task area.
+/// The part of the room, if it is not the task area.
 fn area_words(area: Area) -> Option<&'static str> {
     match area {
         Area::Task => None,
@@ -181,7 +181,7 @@ fn area_words(area: Area) -> Option<&'static str> {
     }
 }
 
-/// Symbols with their indices set low.
+/// Symbols with their indices as subscripts.
 pub(super) fn with_indices(words: &str) -> String {
     ["Emin", "Emax", "U0", "Ud"].iter().fold(words.to_owned(), |words, symbol| {
         words.replace(symbol, &format!("{}<sub>{}</sub>", &symbol[..1], &symbol[1..]))
@@ -236,7 +236,7 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
                 measure if measure.is_illuminance() => uncertainty(standard_error),
                 _ => uniformity_digits(*estimate)[1].clone(),
             };
-            // A value under its own error is told by its interval alone.
+            // A value below its own error is shown by its interval only.
             let [value, error] = if estimate.is_known() { [number(value), error] } else { [unknown(), unknown()] };
             let [low, high] = certainty.interval.map(number);
             [
@@ -251,7 +251,7 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
     }
 }
 
-/// A probability, which is never told as certain where chance has a part.
+/// A probability for reading. It is never shown as certain if chance is involved.
 pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
     match probability {
         p if has_chance && p < 0.001 => decimal("< 0.1 %"),

@@ -1,6 +1,6 @@
-//! The scene in space, for `report.html`: false colours that turn, and numbers at the point that is picked.
+//! The view of the scene in space, for `report.html`: false colours that can be turned, and numbers at the picked point.
 //!
-//! The page holds the numbers as columns of two bytes and a script that draws them by WebGL; nothing is loaded.
+//! The page contains the numbers as columns of two-byte values, and a script that draws them with WebGL. It loads no other files.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -22,18 +22,18 @@ const MARKUP: &str = include_str!("view.html");
 const STYLE: &str = include_str!("view.css");
 const SCRIPT: &str = include_str!("view.js");
 
-/// Triangles of surfaces that a page holds; of more, those of the scene's largest triangles are shown.
+/// Largest number of triangles of surfaces in a page. If there are more, the parts of the scene's largest triangles are shown.
 const MOST_FACETS: usize = 300_000;
-/// Receiver points that a page holds; sets beyond are left out.
+/// Largest number of receiver points in a page; further sets are left out.
 const MOST_POINTS: usize = 40_000;
-/// Lines of outlines; of more, the longest are shown.
+/// Largest number of lines of outlines; if there are more, the longest are shown.
 const MOST_LINES: usize = 20_000;
-/// Luminaires that are marked.
+/// Largest number of luminaires that are marked.
 const MOST_LUMINAIRES: usize = 2_000;
-/// What stands for the name of a surface that the report does not tell of.
+/// Name of a surface that the report does not list.
 const UNNAMED: &str = words!("not in the tables");
-/// What the page says of a point that is picked, with places for names and numbers: of none, of one without a number, of one that is
-/// darker than its error, of an element or receiver, and of a point on an element.
+/// Texts for a picked point, with placeholders for names and numbers: no object; no number; a value below its error; an element or
+/// receiver; and a point on an element.
 const READINGS: [&str; 5] = [
     words!("Nothing there. Pick a point to read it."),
     words!("{}: no number here. At {} m."),
@@ -41,19 +41,19 @@ const READINGS: [&str; 5] = [
     words!("{}: {} ± {} lx; direct {} lx, indirect {} lx. At {} m."),
     words!("{}: {} ± {} lx on this element, {} lx at the point; direct {} lx, indirect {} lx. At {} m."),
 ];
-/// Names that fit into a column.
+/// Largest number of names that a column can number.
 const MOST_PARTS: usize = 65_535;
-/// Size of a luminaire's mark, and of a receiver point that has no cell, as shares of the scene's size.
+/// Size of a luminaire's mark, and of a receiver point without a cell, as shares of the scene's size.
 const MARK: f64 = 0.012;
 const POINT: f64 = 0.006;
-/// Colours of the scale that the page is told.
+/// Number of intervals of the colour scale in the page.
 const STOPS: u32 = 32;
 
-/// The section of the page; it stays hidden where the browser has no WebGL or runs no scripts.
+/// The section of the page. It stays hidden if the browser has no WebGL or runs no scripts.
 pub fn view_section(scene: &Scene, solution: &Solution) -> String {
     let view = ViewPage::of(scene, solution);
     let (about, data) = view.packed();
-    // Names may hold anything; only what would end the script matters.
+    // Names may contain anything; only the character that could end the script is replaced.
     let about = about.to_string().replace('<', "\\u003c");
     let left_out: String = view.left_out.iter().map(|words| format!(" {}", escaped(words))).collect();
     format!(
@@ -64,7 +64,7 @@ pub fn view_section(scene: &Scene, solution: &Solution) -> String {
     )
 }
 
-/// The markup with its words, which stand in double brackets, in the language spoken.
+/// The markup, with its words (in double brackets) translated to the current language.
 fn markup() -> String {
     let mut pieces = MARKUP.split("[[");
     let before = pieces.next().unwrap_or_default().to_owned();
@@ -74,10 +74,10 @@ fn markup() -> String {
     })
 }
 
-/// What a triangle of the view shows.
+/// The values of a triangle of the view.
 #[derive(Clone, Copy)]
 struct TriangleReading {
-    /// Illuminance, its direct and its indirect part, and its standard error, in lx.
+    /// Illuminance, its direct part, its indirect part, and its standard error, in lx.
     mean_lx: [f64; 4],
     /// Illuminance at the corners in lx.
     at_corners_lx: [f64; 3],
@@ -87,7 +87,7 @@ struct TriangleReading {
 struct ViewTriangle {
     corners_m: [DVec3; 3],
     part: usize,
-    /// `None` where nothing was computed, under what stands there, and inside of solids.
+    /// `None` if nothing was computed, under contact with an object, and inside solids.
     reading: Option<TriangleReading>,
 }
 
@@ -98,9 +98,9 @@ impl ViewTriangle {
     }
 }
 
-/// All that the page is told of a scene.
+/// All data of a scene for the page.
 struct ViewPage {
-    /// Sides of surfaces, and after them two triangles for every receiver point.
+    /// Triangles of surface sides, and after them two triangles for every receiver point.
     facets: Vec<ViewTriangle>,
     surface_facets: usize,
     /// Names of receiver sets, and after them of surface sides.
@@ -133,7 +133,7 @@ impl ViewPage {
         view
     }
 
-    /// The elements where they were computed, else the scene's triangles without numbers.
+    /// Adds the elements if they were computed, else the scene's triangles without numbers.
     fn add_surfaces(&mut self, scene: &Scene, solution: &Solution) {
         let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements);
         let of_scene = Elements::of(scene);
@@ -156,14 +156,14 @@ impl ViewPage {
         }
     }
 
-    /// The elements that are shown, in their order; what is not is told.
+    /// The elements that are shown, in their order. Omitted elements are reported in `left_out`.
     fn largest(&mut self, scene: &Scene, elements: &Elements) -> Vec<u32> {
         let count = elements.len();
         let mut shown: Vec<u32> = (0..count as u32).collect();
         if count <= MOST_FACETS {
             return shown;
         }
-        // A wall is shown whole, however finely it is divided.
+        // The elements of a large wall are all shown, however finely it is divided.
         let whole_m2 = |index: &u32| scene.triangle_area_m2(elements.element(*index).triangle);
         shown.sort_by_cached_key(|index| std::cmp::Reverse(whole_m2(index).to_bits()));
         let own_m2 = |index: &u32| elements.area_m2(scene, elements.element(*index));
@@ -205,7 +205,7 @@ impl ViewPage {
         }
     }
 
-    /// Creases and rims of the scene, the longest of very many.
+    /// Adds the creases and rims of the scene; if there are very many, the longest.
     fn add_outlines(&mut self, scene: &Scene) {
         let sides = edges_with_triangles(scene);
         let is_drawn = |sides: &&[[u32; 3]]| match sides {
@@ -222,7 +222,7 @@ impl ViewPage {
         }
     }
 
-    /// A cross of three lines at every luminaire that is no surface.
+    /// Adds a cross of three lines at every luminaire that is not a surface.
     fn add_luminaires(&mut self, scene: &Scene) {
         let arm_m = MARK * size_m(scene);
         let places_m = scene.luminaires.iter().filter_map(|luminaire| luminaire.emission.place_m());
@@ -231,7 +231,7 @@ impl ViewPage {
         }
     }
 
-    /// What the numbers are, and the numbers: columns, compressed, in base 64.
+    /// A description of the data, and the data: columns, compressed, in base 64.
     fn packed(&self) -> (serde_json::Value, String) {
         let corners = self.facets.iter().flat_map(|facet| facet.corners_m);
         let places_m: Vec<DVec3> = corners.chain(self.lines_m.iter().flatten().copied()).collect();
@@ -281,7 +281,7 @@ impl ViewPage {
         (about, STANDARD.encode(columns.compressed()))
     }
 
-    /// Where the colours of a quantity end: receivers and surfaces share them, and none of both ends below its own.
+    /// The upper end of a quantity's colours. Receivers and surfaces share the higher of their two ends.
     fn end_lx(&self, quantity: usize) -> f64 {
         let (surfaces, receivers) = self.facets.split_at(self.surface_facets);
         let end_lx = |facets: &[ViewTriangle]| {
@@ -292,14 +292,14 @@ impl ViewPage {
             let lit = self.facets.iter().filter_map(|facet| Some(facet.reading?.mean_lx[quantity]));
             lit.reduce(f64::max).filter(|most_lx| *most_lx > 0.0)
         };
-        // Where next to nothing is lit the brightest spot ends the scale; where all is dark any scale does.
+        // If next to nothing is lit, the brightest value ends the scale. If everything is dark, any scale will do.
         let ends_lx = [end_lx(surfaces), end_lx(receivers)];
         ends_lx.into_iter().flatten().reduce(f64::max).or_else(most_lx).unwrap_or(1.0)
     }
 }
 
-/// Names of receiver sets, then of the two sides of every surface; of more than a column can number the rest have one name. What the
-/// report does not tell of is seen, and not named.
+/// Names of receiver sets, then of both sides of every surface. Names beyond the capacity of a column are replaced by one common
+/// name. Surfaces that the report does not list are visible but unnamed.
 fn part_names(scene: &Scene) -> Vec<String> {
     let name = |name: &str| if scene.is_reported(name) { name.to_owned() } else { said(UNNAMED).to_owned() };
     let sides = scene
@@ -330,7 +330,7 @@ fn point_reading(map: &MapResult, index: usize) -> TriangleReading {
     TriangleReading { mean_lx, at_corners_lx: [mean_lx[0]; 3] }
 }
 
-/// The square that stands for a receiver point: of a grid its cell, else one of a size that can be seen.
+/// The square that represents a receiver point: its cell for a grid, else one of a visible size.
 fn cell_m(set: &ReceiverSet, index: usize, point_m: f64) -> [DVec3; 4] {
     let point = &set.points[index];
     let half = |span_m: DVec3, count: u32| 0.5 * span_m / f64::from(count.max(2) - 1);

@@ -1,4 +1,4 @@
-//! Numbers of the view in space in two bytes each, and the columns that hold them.
+//! Two-byte codes for the numbers of the view in space, and the columns that hold them.
 
 use std::io::Write as _;
 
@@ -6,24 +6,25 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use glam::DVec3;
 
-/// Natural logarithm of the largest illuminance over the least that is told from 0: nine decades.
+/// Natural logarithm of the ratio of the largest illuminance to the smallest that is distinguished from 0: nine decades.
 pub const SPAN: f64 = 20.7232658369464;
-/// Steps between the codes of the least and of the largest illuminance.
+/// Steps between the codes of the smallest and of the largest illuminance.
 const STEPS: f64 = 65_533.0;
-/// The code of what has no value.
+/// The code for an unknown value.
 const UNKNOWN: u16 = u16::MAX;
 
-/// Bytes that are compressed as well as can be; more of them would take seconds for a few percent.
+/// Largest number of bytes that are compressed at the best level. More would take seconds for a few percent.
 const MOST_AT_BEST: usize = 2 << 20;
 
-/// Illuminances by even steps of their logarithm; a step is 0.03 %.
+/// Codes illuminances in even steps of their logarithm; a step is 0.03 %.
 pub struct LuxCode {
-    /// The largest one in lx.
+    /// The largest illuminance in lx.
     pub most_lx: f64,
 }
 
 impl LuxCode {
-    /// 0 stands for 0 and whatever lies below the least, 1 to 65,534 for most·exp(((code − 1)/65,533 − 1)·span), 65,535 for no value.
+    /// The code of an illuminance: 0 for 0 and values below the smallest, 1 to 65,534 for most·exp(((code − 1)/65,533 − 1)·span),
+    /// and 65,535 for no value.
     pub fn code(&self, illuminance_lx: Option<f64>) -> u16 {
         let Some(illuminance_lx) = illuminance_lx else { return UNKNOWN };
         if illuminance_lx <= self.most_lx * (-SPAN).exp() {
@@ -34,7 +35,7 @@ impl LuxCode {
     }
 }
 
-/// Places by steps of one length, from the lowest corner of the box about them.
+/// Codes positions in steps of one length, from the lowest corner of their bounding box.
 pub struct PlaceCode {
     /// Lowest coordinates in m.
     pub low_m: DVec3,
@@ -43,7 +44,7 @@ pub struct PlaceCode {
 }
 
 impl PlaceCode {
-    /// The code in which all of these places have a number.
+    /// A code that covers all of these positions.
     pub fn of(places_m: &[DVec3]) -> PlaceCode {
         let bound = |pick: fn(DVec3, DVec3) -> DVec3| places_m.iter().copied().reduce(pick).unwrap_or_default();
         let (low_m, high_m) = (bound(DVec3::min), bound(DVec3::max));
@@ -57,8 +58,8 @@ impl PlaceCode {
     }
 }
 
-/// Columns one after another. Of each stand the differences from entry to entry, modulo 65,536, first their low bytes, then their high ones:
-/// neighbours are alike, so that this takes little room when compressed.
+/// Columns one after another. Each holds the differences from entry to entry, modulo 65,536: first their low bytes, then their high
+/// bytes. Neighbours are similar, so this compresses well.
 #[derive(Default)]
 pub struct Columns {
     bytes: Vec<u8>,
@@ -74,7 +75,7 @@ impl Columns {
         }
     }
 
-    /// All of them by zlib (RFC 1950), which browsers call "deflate".
+    /// All columns, compressed with zlib (RFC 1950), which browsers call "deflate".
     pub fn compressed(&self) -> Vec<u8> {
         const IN_MEMORY: &str = "compressing to memory asks for nothing that could fail";
         let level = if self.bytes.len() <= MOST_AT_BEST { Compression::best() } else { Compression::default() };

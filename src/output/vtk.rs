@@ -16,13 +16,14 @@ use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene, Side};
 use crate::solver::Solution;
 
-/// Bytes of a block that is compressed by itself.
+/// Bytes of a block that is compressed separately.
 const BLOCK_BYTES: usize = 1 << 20;
 
-/// The element map as VTK PolyData: a triangle an element side, in the order of `elements.csv`; backs are turned round.
+/// The element map as VTK PolyData: one triangle for each element side, in the order of `elements.csv`. Back sides have reversed
+/// corners.
 ///
-/// Coordinates in m and values are f64. `None` where no element map was computed. What lies in memory while it is written is the arrays as
-/// they are compressed: their places in the file stand before them.
+/// Coordinates in m and values are f64. `None` if no element map was computed. The compressed arrays are in memory while the file
+/// is written, since their offsets come before them in the file.
 pub fn vtk_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Option<StreamedFile<'a>> {
     const NAME: &str = "scene.vtp";
     let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
@@ -102,18 +103,18 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     file
 }
 
-/// What belongs to an element's corners, in the order in which its side sees them counter-clockwise.
+/// Values at an element's corners, in the order that is counter-clockwise as seen from its side.
 fn turned<T>([a, b, c]: [T; 3], side: Side) -> [T; 3] {
     if side == Side::Front { [a, b, c] } else { [a, c, b] }
 }
 
-/// A VTK file in the making: the tags, and the arrays that are appended to them.
+/// A VTK file under construction: the tags, and the arrays that are appended to them.
 #[derive(Default)]
 struct File {
     text: String,
-    /// What is encoded by itself, piece by piece.
+    /// Pieces that are encoded separately.
     appended: Vec<Vec<u8>>,
-    /// Letters of all pieces so far.
+    /// Number of letters of all encoded pieces so far.
     letters: usize,
 }
 
@@ -148,7 +149,7 @@ impl File {
         }
     }
 
-    /// Texts as VTK writes them: the bytes as numbers, a 0 behind each text.
+    /// Texts in VTK's form: the bytes as numbers, with a 0 after each text.
     fn texts<'a>(&mut self, name: &str, texts: impl ExactSizeIterator<Item = &'a str>) {
         let count = texts.len();
         self.line(
@@ -162,7 +163,7 @@ impl File {
         self.line(3, "</Array>");
     }
 
-    /// Writes tags and arrays; each piece goes once it stands in the file.
+    /// Writes tags and arrays. Each piece is released once it is written.
     fn write_to(self, writer: &mut dyn Write) -> std::io::Result<()> {
         writer.write_all(self.text.as_bytes())?;
         writer.write_all(b"    _")?;
@@ -175,8 +176,8 @@ impl File {
     }
 }
 
-/// Data as VTK's zlib blocks: the number of blocks, their size, that of the last one where it is smaller, the compressed sizes; then,
-/// encoded by themselves, the blocks.
+/// Data as VTK's zlib blocks. First come the number of blocks, their size, the size of the last one if it is smaller, and the
+/// compressed sizes. The blocks follow, encoded separately.
 fn compressed_blocks<const N: usize>(data: impl Iterator<Item = [u8; N]>) -> [Vec<u8>; 2] {
     let mut block: Vec<u8> = Vec::new();
     let (mut blocks, mut sizes, mut last) = (Vec::new(), Vec::new(), 0);
@@ -221,7 +222,7 @@ mod tests {
         assert_eq!(back, data);
     }
 
-    /// Whole blocks, a last one that is smaller, and none at all.
+    /// Whole blocks, a smaller last one, and no data at all.
     #[test]
     fn blocks_are_counted_with_their_sizes() {
         let header = |count: usize| -> Vec<u64> {

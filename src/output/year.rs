@@ -1,4 +1,4 @@
-//! The files of a year: what sets and points come to, the hours, and the summary.
+//! The files of a year: measures of sets and points, the hours, and the summary.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -15,10 +15,10 @@ use crate::year::{
     MEASURES, SetSunlight, SetYear, YearHour, YearHours, YearMeasure, YearSettings, YearSky, YearSolution, sum_of_hours,
 };
 
-/// Shares of the area with autonomous daylight that IES LM-83 asks for: accepted, and preferred.
+/// Shares of the area with daylight autonomy that IES LM-83 requires: accepted, and preferred.
 pub const AUTONOMY_WANTED: [f64; 2] = [0.55, 0.75];
 
-/// Each of [`MEASURES`] with its error, but for the components of the daylight factor at their end.
+/// Each of [`MEASURES`] with its error, without the components of the daylight factor at their end.
 const MEASURE_COLUMNS: [&str; 2 * MEASURES.len() - COMPONENT_COLUMNS.len()] = [
     "daylight_autonomy",
     "daylight_autonomy_standard_error",
@@ -35,7 +35,7 @@ const MEASURE_COLUMNS: [&str; 2 * MEASURES.len() - COMPONENT_COLUMNS.len()] = [
     "light_exposure_lx_h",
     "light_exposure_standard_error_lx_h",
 ];
-/// Columns of sets, and of points, before and after these.
+/// Columns before and after these, in the tables of sets and of points.
 const SET_COLUMNS: [&[&str]; 2] = [
     &[
         "receiver",
@@ -76,11 +76,11 @@ fn pairs<'a>(estimates: &[Estimate]) -> Vec<SheetCell<'a>> {
     estimates.iter().flat_map(|estimate| [estimate.value, estimate.standard_error].map(SheetCell::Number)).collect()
 }
 
-/// `year.csv`, `year-points.csv` and `year-hours.csv`.
+/// Makes `year.csv`, `year-points.csv` and `year-hours.csv`.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub fn year_tables(solution: &YearSolution) -> Result<Vec<ResultFile>, OutputError> {
     let mut sets = Sheet::new("year.csv", &with_measures(SET_COLUMNS));
     let mut points = Sheet::new("year-points.csv", &with_measures(POINT_COLUMNS));
@@ -129,7 +129,7 @@ fn hour_row<'a>(set: &'a SetYear, number: usize, hour: &YearHour) -> Vec<SheetCe
     ]
 }
 
-/// `summary.json` of a year, with the names of the files beside it.
+/// Makes `summary.json` of a year, with the names of the other files.
 pub fn year_summary(
     path: &str,
     weather: (&str, &Weather),
@@ -194,24 +194,24 @@ pub fn year_summary(
     ResultFile { name: "summary.json".to_owned(), bytes }
 }
 
-/// The hours of all points on their way to files: one row a point, one column an hour with light.
+/// Writes the hours of all points to files: one row for each point, one column for each hour with light.
 pub struct HourlyFiles {
-    /// Of each set its name, illuminances and standard errors.
+    /// Name, illuminances and standard errors of each set.
     sets: Vec<(String, [BufWriter<File>; 2])>,
 }
 
-/// What the two files of a set are called.
+/// Beginnings of the names of a set's two files.
 const HOURLY: [&str; 2] = ["hourly-", "hourly-error-"];
 
 impl HourlyFiles {
-    /// None yet.
+    /// Files without any set.
     pub const NONE: HourlyFiles = HourlyFiles { sets: Vec::new() };
 
     /// Adds the hours of a point.
     ///
     /// # Errors
     ///
-    /// What the disk does not take.
+    /// An error of the disk.
     pub fn add(&mut self, sky: &YearSky, hours: &YearHours) -> Result<(), OutputError> {
         let receivers = hours.receivers;
         let refused = |error: &std::io::Error| unwritable("hourly illuminances", error);
@@ -234,11 +234,11 @@ impl HourlyFiles {
         Ok(())
     }
 
-    /// The files, whole.
+    /// Returns the complete files.
     ///
     /// # Errors
     ///
-    /// What the disk did not take.
+    /// An error of the disk.
     pub fn finish(self) -> Result<Vec<StreamedFile<'static>>, OutputError> {
         let refused = |error: std::io::Error| unwritable("hourly illuminances", &error);
         let mut files = Vec::new();
@@ -278,7 +278,7 @@ fn write_header(writer: &mut impl Write, sky: &YearSky) -> std::io::Result<()> {
     writeln!(writer)
 }
 
-/// A tenth of a lux is less than any error that a year is asked for.
+/// Values have one decimal: 0.1 lx is less than any target error of a year.
 fn write_row(writer: &mut impl Write, point: usize, [x, y, z]: [f64; 3], values: &[f64]) -> std::io::Result<()> {
     write!(writer, "{},{x},{y},{z}", point + 1)?;
     for lx in values {
@@ -287,7 +287,7 @@ fn write_row(writer: &mut impl Write, point: usize, [x, y, z]: [f64; 3], values:
     writeln!(writer)
 }
 
-/// The rows of the terminal's table: set, sDA, ASE, useful share, exposure in klx h, and the error of the hours.
+/// The rows of the terminal's table: sDA, ASE, autonomy, useful share, and exposure in klx h.
 pub fn year_rows(solution: &YearSolution) -> Vec<[Estimate; 5]> {
     let row = |set: &SetYear| {
         let measure = |measure: YearMeasure| set.averages[MEASURES.iter().position(|one| *one == measure).unwrap_or(0)];
@@ -301,11 +301,11 @@ pub fn year_rows(solution: &YearSolution) -> Vec<[Estimate; 5]> {
 const SUNLIGHT_COLUMNS: &[&str] =
     &["receiver", "point", "x_m", "y_m", "z_m", "month", "day", "sunlight_hours", "from_hour", "to_hour", "parts"];
 
-/// `sunlight.csv`: how long each point sees the sun on each day, from when to when, and in how many parts.
+/// Makes `sunlight.csv`: how long each point sees the sun on each day, from when to when, and in how many parts.
 ///
 /// # Errors
 ///
-/// A number that is not finite: no table holds one.
+/// A number that is not finite; no table may hold one.
 pub fn sunlight_file(scene: &Scene, days: &[(u32, u32)], found: &[SetSunlight]) -> Result<ResultFile, OutputError> {
     let mut sheet = Sheet::new("sunlight.csv", SUNLIGHT_COLUMNS);
     for set in found {

@@ -1,4 +1,4 @@
-//! Plots of a year: maps over day and hour, and daylight autonomy and useful daylight on grids.
+//! Plots of a year: maps over day and hour, and maps of daylight autonomy and useful daylight on grids.
 
 use std::collections::BTreeMap;
 
@@ -16,19 +16,19 @@ use crate::maps::{Estimate, MapError, MapKind, MapResult, MapValues, TableKind, 
 use crate::scene::{Scene, Weather};
 use crate::year::{MEASURES, SetYear, YearMeasure, YearPoint, YearSolution};
 
-/// Room for the legend at the right.
+/// Space for the legend at the right.
 const LEGEND: f64 = 104.0;
-/// Colours of a scale.
+/// Number of colours of a scale.
 const SHADES: usize = 64;
-/// Illuminances in lx between which the map over the year has its colours; round ones stand at the legend.
+/// Range of the colours of the map over the year in lx, and round values at the legend.
 const RANGE_LX: [f64; 2] = [30.0, 10_000.0];
 const TICKS_LX: [f64; 6] = [30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0];
 /// Days before each month of a common year.
 const BEFORE_MONTHS: [u32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
-/// Shares in % along which lines run.
+/// Levels of lines, in %.
 const LEVELS_PERCENT: [f64; 3] = [25.0, 50.0, 75.0];
 
-/// The plots of a year, as SVG, and as PNG where that is asked for.
+/// The plots of a year, as SVG, and also as PNG if `also_png`.
 pub fn year_plots(weather: &Weather, solution: &YearSolution, also_png: bool) -> Vec<ResultFile> {
     let mut files = Vec::new();
     let mut add = |stem: String, picture: Picture| {
@@ -54,7 +54,7 @@ pub fn year_plots(weather: &Weather, solution: &YearSolution, also_png: bool) ->
     files
 }
 
-/// Mean illuminance, and the share of the area with useful daylight, over the days and hours of the year.
+/// Draws mean illuminance, and the share of the area with useful daylight, over the days and hours of the year.
 fn temporal_picture(set: &SetYear, weather: &Weather, solution: &YearSolution) -> Picture {
     let title = say!("Daylight over the year: {}", set.name);
     let mut picture = Picture::new(900.0, 660.0, title.clone());
@@ -121,7 +121,6 @@ fn draw_panel(
     picture.words(below.anchored(TextAnchor::Middle).ink(SOFT));
     let beside = Words::new(say!("hour"), [left - 36.0, top + 0.5 * frame.height], TYPE);
     picture.words(beside.anchored(TextAnchor::Middle).ink(SOFT).turned(-90.0));
-    // The legend.
     let (from, width) = (right + 22.0, 16.0);
     let at = |share: f64| bottom - share * frame.height;
     for shade in 0..SHADES {
@@ -137,7 +136,7 @@ fn draw_panel(
     picture.ring(vec![[from, top], [from + width, top], [from + width, bottom], [from, bottom]], Pen::new(BLACK, 0.8));
 }
 
-/// False colours of what is counted at the points of a grid; `None` for points in no order.
+/// Draws a measure at the points of a grid in false colours; `None` for points that form no grid.
 fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: YearMeasure) -> Option<Picture> {
     let place = MEASURES.iter().position(|one| *one == measure)?;
     let times = if measure == YearMeasure::SkyComponent { 1.0 } else { 100.0 };
@@ -164,7 +163,7 @@ fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: Y
     Some(percent_picture(&flat, &words))
 }
 
-/// A measure of a set's points in % as a map, for the drawing.
+/// A measure of a set's points, in %, as a map for drawing.
 fn map_of(set: &SetYear, place: usize, times: f64) -> MapResult {
     let of = |point: &YearPoint| point.measures[place];
     let percents = set.points.iter().map(|point| times * of(point).value).collect();

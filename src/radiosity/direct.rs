@@ -1,4 +1,4 @@
-//! Direct light in a room that hides nothing: at points, and means over triangles and rectangles.
+//! Direct light in a room without obstacles: at points, and as means over triangles and rectangles.
 
 use glam::DVec3;
 
@@ -6,14 +6,14 @@ use super::faces::{RoomFace, triangle_rule};
 use super::room::{BoxedRoom, Lamp};
 use super::sources::RoomSource;
 
-/// Quadratures halve their triangles until the halves change the mean by less than this part of it.
+/// A quadrature subdivides its triangle until the mean changes by less than this relative amount.
 const TOLERANCE: f64 = 1e-4;
-/// The most halvings of a triangle's edges.
+/// Maximum number of halvings of a triangle's edges.
 const MOST_HALVINGS: u32 = 4;
 
 impl BoxedRoom {
-    /// Direct illuminance at a point with a unit normal, in the room's coordinates; exact. `own` is the face that the
-    /// point lies on: what lies flush with it brings nothing there.
+    /// Direct illuminance in lx at a point with a unit normal, in the room's coordinates; exact. `own` is the face on which the
+    /// point lies. Luminaires flush with this face contribute nothing.
     pub fn direct_at_lx(&self, position: DVec3, normal: DVec3, own: Option<RoomFace>) -> f64 {
         self.lamps.iter().map(|lamp| self.lamp_at_lx(lamp, position, normal, own)).sum()
     }
@@ -27,7 +27,7 @@ impl BoxedRoom {
         }
     }
 
-    /// Mean direct illuminance over a triangle of a face, and its estimated error; exact for isotropic points.
+    /// Mean direct illuminance in lx over a triangle of a face, and its estimated error. Exact for isotropic points.
     pub fn direct_over_triangle_lx(&self, face: RoomFace, corners: [DVec3; 3]) -> (f64, f64) {
         let area_m2 = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
         let lamp_lx = |lamp: &Lamp| match lamp {
@@ -39,7 +39,7 @@ impl BoxedRoom {
         self.lamps.iter().map(lamp_lx).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
     }
 
-    /// Mean direct illuminance over a rectangle of a face; exact for isotropic points and panels.
+    /// Mean direct illuminance in lx over a rectangle of a face. Exact for isotropic points and panels.
     pub fn direct_over_rectangle_lx(&self, face: RoomFace, stretches: [[f64; 2]; 2]) -> f64 {
         let lamp_lx = |lamp: &Lamp| match lamp {
             Lamp::Source(source) => source.rectangle_mean_lx(self.size_m, face, stretches),
@@ -74,7 +74,7 @@ fn by_rule([a, b, c]: [DVec3; 3], at: &impl Fn(DVec3) -> f64) -> f64 {
     triangle_rule().iter().map(|(node, weight)| weight * at(place(*node))).sum()
 }
 
-/// The mean over a triangle from its four quarters, and what they differ by from the whole.
+/// The mean over a triangle from its four quarters, and the difference between the quarters and the whole.
 fn halved([a, b, c]: [DVec3; 3], whole: f64, halvings: u32, at: &impl Fn(DVec3) -> f64) -> (f64, f64) {
     let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
     let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];

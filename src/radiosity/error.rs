@@ -1,22 +1,22 @@
-//! Why a scene is not for radiosity.
+//! Reasons why radiosity refuses a scene.
 
 use thiserror::Error;
 
-/// What of a scene radiosity cannot compute.
+/// The part of a scene that radiosity cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("--method radiosity cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
 pub struct NotARoom {
-    /// What it cannot compute, in words.
+    /// What radiosity cannot compute, in words.
     pub what: String,
-    /// What stands there.
+    /// What the scene contains.
     pub got: String,
-    /// What it takes.
+    /// What radiosity accepts.
     pub expected: String,
-    /// What to do about it.
+    /// What the user can do about it.
     pub remedy: String,
 }
 
-/// A refusal; the method of chains computes every scene.
+/// Returns a refusal that points to the method of chains, which computes every scene.
 pub(super) fn refuse<T>(what: &str, got: String, expected: &str) -> Result<T, NotARoom> {
     Err(NotARoom {
         what: what.to_owned(),
@@ -26,7 +26,7 @@ pub(super) fn refuse<T>(what: &str, got: String, expected: &str) -> Result<T, No
     })
 }
 
-/// What is said where time is over before there is anything to show.
+/// The refusal when the time is over before there is any result.
 pub(super) fn out_of_time() -> NotARoom {
     NotARoom {
         what: "the room in the time given".to_owned(),

@@ -1,4 +1,4 @@
-//! The six faces and places on them.
+//! The six faces of a room and points on them.
 
 use std::sync::LazyLock;
 
@@ -29,7 +29,7 @@ impl RoomFace {
     pub const ALL: [RoomFace; 6] =
         [RoomFace::XLow, RoomFace::XHigh, RoomFace::YLow, RoomFace::YHigh, RoomFace::Floor, RoomFace::Ceiling];
 
-    /// Place in [`RoomFace::ALL`].
+    /// Index in [`RoomFace::ALL`].
     pub fn index(self) -> usize {
         self as usize
     }
@@ -39,7 +39,7 @@ impl RoomFace {
         self.index() / 2
     }
 
-    /// Whether the face is at the axis' far end.
+    /// Returns whether the face is at the far end of its axis.
     pub fn is_high(self) -> bool {
         self.index() % 2 == 1
     }
@@ -59,7 +59,7 @@ impl RoomFace {
         if self.is_high() { size_m[self.axis()] } else { 0.0 }
     }
 
-    /// A place of the face in the room's coordinates.
+    /// The position of a point of the face in the room's coordinates, m. `place` is its coordinates along the face.
     pub fn position(self, size_m: [f64; 3], place: [f64; 2]) -> DVec3 {
         let mut position = [0.0; 3];
         position[self.axis()] = self.at(size_m);
@@ -73,7 +73,7 @@ impl RoomFace {
     pub fn corners(self, size_m: [f64; 3], [u, v]: [[f64; 2]; 2]) -> [DVec3; 4] {
         let mut corners =
             [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(|place| self.position(size_m, place));
-        // Along y the other axes come in the order that turns the other way.
+        // For an axis along y the other two axes come in the opposite order of rotation.
         if self.is_high() != (self.axis() == 1) {
             corners.reverse();
         }
@@ -91,8 +91,8 @@ impl RoomFace {
     }
 }
 
-/// Distance from a face's plane, as a part of the room, at which a corner still counts as on it: files write
-/// coordinates with six or more digits.
+/// Distance from a face's plane, relative to the room's size, within which a corner counts as on the face. Files write coordinates
+/// with six or more digits.
 pub const ON_FACE: f64 = 1e-6;
 
 /// The face on which all corners lie, if there is one.
@@ -105,10 +105,10 @@ pub fn common_face(size_m: [f64; 3], corners: &[DVec3]) -> Option<RoomFace> {
     RoomFace::ALL.into_iter().find(on)
 }
 
-/// A place in the unit square, and a weight.
+/// A point in the unit square, and its weight.
 pub type TriangleNode = ([f64; 2], f64);
 
-/// Gauss–Legendre over a triangle collapsed to a square (along from the first corner, across between the other two):
+/// Gauss–Legendre rule over a triangle collapsed to a square: along from the first corner, across between the other two. It is
 /// exact to degree 6.
 pub fn triangle_rule() -> &'static [TriangleNode] {
     static RULE: LazyLock<Vec<TriangleNode>> = LazyLock::new(|| {

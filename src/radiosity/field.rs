@@ -1,4 +1,4 @@
-//! Indirect illuminance on the faces: exact at Chebyshev points of every mesh, polynomials in between.
+//! Indirect illuminance on the faces: exact at the Chebyshev points for every mesh, interpolated by polynomials between them.
 
 use std::f64::consts::PI;
 
@@ -7,18 +7,18 @@ use rayon::prelude::*;
 use super::faces::RoomFace;
 use super::mesh::{RoomMesh, extrapolated};
 
-/// Intervals between the points along a stretch without a break.
+/// Intervals between the points on an axis without breaks.
 const INTERVALS: usize = 16;
-/// The same along a stretch of an axis with breaks.
+/// Intervals between the points of each panel on an axis with breaks.
 const INTERVALS_BETWEEN_BREAKS: usize = 8;
-/// Part of what half the points interpolate wrongly that is stated as the error of all points. What remains of a
-/// function with weak singularities at its ends falls by 1/16 with every doubling; of a smooth one much faster.
+/// Share of the interpolation error of half the points that is stated as the error of all points. For a function with weak
+/// singularities at its ends, the remaining error falls by 1/16 with every doubling. For a smooth function it falls much faster.
 const INTERPOLATION_SHARE: f64 = 0.125;
 
-/// Points to each side of a place, along each axis, of whose errors the largest is stated.
+/// Number of interpolation points on each side of a point, along each axis, whose largest error is stated.
 const NEIGHBOURS: usize = 2;
 
-/// Points along an axis: panels between breaks, each with its Chebyshev points from end to end.
+/// Interpolation points along an axis: panels between the breaks, each with Chebyshev points from end to end.
 #[derive(Clone, Debug)]
 pub(super) struct AxisPoints {
     panels: Vec<Vec<f64>>,
@@ -37,13 +37,13 @@ impl AxisPoints {
         AxisPoints { panels: breaks.windows(2).map(panel).collect() }
     }
 
-    /// All points, those at breaks once for each side.
+    /// All points. Points at breaks appear once for each side.
     pub fn points(&self) -> Vec<f64> {
         self.panels.concat()
     }
 
-    /// Weights of the points of the panel around a place, after that panel's first point's number; `step` 2 leaves out
-    /// every other point.
+    /// Number of the first point of the panel that contains `place`, and the weights of the panel's points. With `step` 2 every
+    /// other point has weight 0.
     fn weights(&self, place: f64, step: usize) -> (usize, Vec<f64>) {
         let panel = self.panels.iter().position(|p| place <= p[p.len() - 1]).unwrap_or(self.panels.len() - 1);
         let points = &self.panels[panel];
@@ -71,13 +71,13 @@ impl AxisPoints {
     }
 }
 
-/// The points of all faces.
+/// The interpolation points of all faces.
 pub(super) struct FacePoints {
     pub lines: [AxisPoints; 3],
 }
 
 impl FacePoints {
-    /// Indirect illuminance at all points of every face by one mesh, in lx.
+    /// Indirect illuminance in lx at all points of every face, from one mesh.
     pub fn indirect_lx(&self, mesh: &RoomMesh, size_m: [f64; 3]) -> [Vec<f64>; 6] {
         RoomFace::ALL.map(|face| {
             let [u, v] = face.other_axes().map(|axis| self.lines[axis].points());
@@ -96,7 +96,7 @@ pub(super) struct IndirectField<'a> {
 }
 
 impl<'a> IndirectField<'a> {
-    /// From the points' values on three meshes, coarse to fine.
+    /// Builds the field from the values at the points on three meshes, coarse to fine.
     pub fn new(nodes: &'a FacePoints, meshes: [&[Vec<f64>; 6]; 3]) -> IndirectField<'a> {
         let mut field = IndirectField { nodes, indirect_lx: Default::default(), error_lx: Default::default() };
         for face in 0..6 {
@@ -106,7 +106,7 @@ impl<'a> IndirectField<'a> {
         field
     }
 
-    /// Illuminance and error at a place of a face, in lx.
+    /// Indirect illuminance and its estimated error at a point of a face, in lx.
     pub fn at_lx(&self, face: RoomFace, place: [f64; 2]) -> (f64, f64) {
         let value_lx = self.interpolated_lx(face, place, 1);
         let coarse_lx = self.interpolated_lx(face, place, 2);
@@ -125,7 +125,7 @@ impl<'a> IndirectField<'a> {
         weights_u.iter().enumerate().filter(|(_, w)| **w != 0.0).map(|(i, w)| w * row(i)).sum()
     }
 
-    /// The largest of the errors at the points around a place: an error that changes its sign looks small in between.
+    /// The largest error at the interpolation points around a point. An error that changes its sign looks too small between them.
     fn largest_near_lx(&self, face: RoomFace, place: [f64; 2]) -> f64 {
         let [u, v] = face.other_axes().map(|axis| self.nodes.lines[axis].points());
         let around = |points: &[f64], x: f64| {

@@ -1,4 +1,4 @@
-//! One mesh of a room: its exchange areas, its solution, and what the solution says at a point.
+//! One mesh of a room: its exchange areas, its solution, and the illuminance at a point from the solution.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,20 +9,21 @@ use crate::base::form_factors::{
 };
 use crate::base::polygon::polygon_illuminance_factor;
 
-/// A room's faces cut into rectangles, with the illuminance of every one.
+/// A room's faces cut into rectangles, with the illuminance of every rectangle.
 ///
-/// Element (i, j) of a face, i along its first axis, stands at i·m + j where its second axis has m parts.
+/// Element (i, j) of a face has index i·m + j. i counts along the face's first axis, and m is the number of parts along its second
+/// axis.
 #[derive(Clone, Debug)]
 pub struct RoomMesh {
     size_m: [f64; 3],
-    /// Edges of the elements along the three axes.
+    /// Edges of the elements along the three axes, m.
     edges: [Vec<f64>; 3],
     /// Mean direct and indirect illuminance of the elements, by face.
     direct_lx: [Vec<f64>; 6],
     indirect_lx: [Vec<f64>; 6],
     /// Exitance of the elements by reflection, by face.
     reflected_lm_m2: [Vec<f64>; 6],
-    /// Slopes of that along the face's two axes, lm/m² per m, from the neighbours.
+    /// Slopes of the exitance along the face's two axes, lm/m² per m, from the neighbouring elements.
     slopes: [Vec<[f64; 2]>; 6],
 }
 
@@ -33,18 +34,18 @@ struct Exchange {
     exchange_m2: Vec<f64>,
 }
 
-/// The residual of the solution, as a part of the first one's, at which it is done.
+/// Relative residual of the solution at which the solver stops.
 const RESIDUAL: f64 = 1e-12;
 
-/// Conjugate gradients take some tens of steps; with reflectances near 1 some more.
+/// Conjugate gradients take some tens of steps, and some more with reflectances near 1.
 const MOST_STEPS: usize = 2000;
 
 impl RoomMesh {
-    /// Solves a room from the origin to `size_m` whose faces are cut at `edges` along each axis (rising, from 0 to the
-    /// room's length), the same on all faces.
+    /// Solves a room from the origin to `size_m`. The faces are cut at `edges` along each axis (rising, from 0 to the room's
+    /// length), the same on all faces.
     ///
-    /// The rectangles have the reflectances and the mean direct illuminances in lx that the functions give for a face
-    /// and the stretches along its other axes. Some face must absorb.
+    /// The two functions give the reflectance and the mean direct illuminance in lx of a rectangle, from its face and its stretches
+    /// along the other axes. At least one face must absorb.
     pub fn solved(
         size_m: [f64; 3],
         edges: [Vec<f64>; 3],
@@ -74,17 +75,17 @@ impl RoomMesh {
         mesh
     }
 
-    /// Rectangles in all.
+    /// Number of rectangles in all.
     pub fn len(&self) -> usize {
         RoomFace::ALL.into_iter().map(|face| self.count(face)).sum()
     }
 
-    /// Whether there is none; never so.
+    /// Returns whether there is no rectangle; always `false` for a room.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Parts of a face along its other two axes.
+    /// Number of parts of a face along its other two axes.
     fn parts(&self, face: RoomFace) -> [usize; 2] {
         face.other_axes().map(|axis| self.edges[axis].len() - 1)
     }
@@ -108,7 +109,7 @@ impl RoomMesh {
         if one.axis() == two.axis() { self.opposite(one, two) } else { self.adjacent(one, two) }
     }
 
-    /// The exchange areas of two opposite faces: the fourfold differences of the corner function on the mesh's lines.
+    /// The exchange areas of two opposite faces: fourfold differences of the corner function on the lines of the mesh.
     fn opposite(&self, low: RoomFace, high: RoomFace) -> Exchange {
         let gap = self.size_m[low.axis()];
         let [u, v] = low.other_axes().map(|axis| &self.edges[axis]);
@@ -126,7 +127,7 @@ impl RoomMesh {
 
     /// The exchange areas of two faces with a common edge.
     fn adjacent(&self, one: RoomFace, two: RoomFace) -> Exchange {
-        // Along the other face's axis the first face runs off the common edge, and the other way round.
+        // The first face extends from the common edge along the axis of the other face, and vice versa.
         let off = |face: RoomFace| -> Vec<f64> {
             self.edges[face.axis()].iter().map(|x| (x - face.at(self.size_m)).abs()).collect()
         };
@@ -151,8 +152,8 @@ impl RoomMesh {
         Exchange { first: one.index(), second: two.index(), exchange_m2 }
     }
 
-    /// Solves A E = A E₀ + K ρE for the elements' illuminances by conjugate gradients in x = √ρ E, where the
-    /// system is symmetric, then takes E from what x sends.
+    /// Solves A E = A E₀ + K ρE for the elements' illuminances by conjugate gradients in x = √ρ E, where the system is symmetric.
+    /// Then computes E from the light that x sends.
     fn solve(&mut self, reflectances: &[Vec<f64>; 6], exchanges: &[Exchange]) {
         let mut starts = [0; 7];
         for face in 0..6 {
@@ -222,8 +223,8 @@ impl RoomMesh {
         }
     }
 
-    /// Slopes of a face's exitance: reflectance times the slope of the parabola through the illuminances of an element
-    /// and its neighbours, at its middle.
+    /// Slopes of a face's exitance: the reflectance times the slope at the element's middle of a parabola. The parabola passes
+    /// through the illuminances of the element and its neighbours.
     fn slopes_of(&self, face: RoomFace, reflectances: &[f64]) -> Vec<[f64; 2]> {
         let [middle_u, middle_v] = face.other_axes().map(|axis| middles(&self.edges[axis]));
         let across = middle_v.len();
@@ -247,12 +248,12 @@ impl RoomMesh {
         (0..self.count(face)).map(element).collect()
     }
 
-    /// Mean direct illuminance of a face.
+    /// Mean direct illuminance of a face, lx.
     pub fn face_direct_lx(&self, face: RoomFace) -> f64 {
         self.face_mean(face, &self.direct_lx)
     }
 
-    /// Mean indirect illuminance of a face.
+    /// Mean indirect illuminance of a face, lx.
     pub fn face_indirect_lx(&self, face: RoomFace) -> f64 {
         self.face_mean(face, &self.indirect_lx)
     }
@@ -263,11 +264,11 @@ impl RoomMesh {
         values[face.index()].iter().enumerate().map(|(i, e)| e * self.area_m2(face, i)).sum::<f64>() / area
     }
 
-    /// Indirect illuminance at a point in or on the room, for a unit normal: the exact factors to all elements in sight
-    /// times their exitances.
+    /// Indirect illuminance in lx at a point in or on the room, for a unit normal. It sums the exact factors to all visible
+    /// elements times their exitances.
     ///
-    /// Elements that are near for their size do not count as even: they are cut finer, and sloped. A point on a face
-    /// must lie exactly on it.
+    /// Elements that are near compared with their size do not count as uniform. They are cut finer and get a slope. A point on a
+    /// face must lie exactly on it.
     pub fn indirect_at_lx(&self, position: DVec3, normal: DVec3) -> f64 {
         let along = (0..3).find(|axis| normal[*axis].abs() == 1.0);
         RoomFace::ALL
@@ -282,7 +283,7 @@ impl RoomMesh {
             .sum()
     }
 
-    /// What a face brings to a point with a normal along an axis, by one corner function for the whole mesh.
+    /// Contribution of a face to a point whose normal is along an axis, in lx, by one corner function for the whole mesh.
     fn by_corners(&self, eye: &Viewpoint, axis: usize) -> f64 {
         let other = eye.other;
         if other.axis() == axis && eye.height(other.at(self.size_m), axis) <= 0.0 {
@@ -315,7 +316,7 @@ impl RoomMesh {
         sum
     }
 
-    /// What a face brings to a point with any normal, by Lambert's polygon formula.
+    /// Contribution of a face to a point with any normal, in lx, by Lambert's polygon formula.
     fn by_polygons(&self, eye: &Viewpoint) -> f64 {
         let other = eye.other;
         let factor = |stretches: [[f64; 2]; 2]| {
@@ -337,13 +338,13 @@ impl RoomMesh {
     }
 }
 
-/// Elements nearer than this many of their diagonals are sloped.
+/// Elements nearer than this multiple of their diagonal get a slope.
 const NEAR: f64 = 1.5;
 
-/// Into how many parts a near element is cut each way.
+/// Number of parts of a near element in each direction.
 const CUTS: usize = 4;
 
-/// A point that looks at a face.
+/// A point and its normal, as seen from a face (`other`) that lights it.
 struct Viewpoint {
     size_m: [f64; 3],
     other: RoomFace,
@@ -352,13 +353,13 @@ struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// How far a coordinate lies above the point's horizon, 0 below it.
+    /// Height of a coordinate above the point's horizon, m; 0 below it.
     fn height(&self, x: f64, axis: usize) -> f64 {
         (self.normal[axis] * (x - self.position[axis])).max(0.0)
     }
 
-    /// The corner function of the point, whose normal runs along `axis`, and a corner on the other face; its twofold
-    /// difference is a factor but for the sign.
+    /// The corner function between the point, whose normal is along `axis`, and a corner on the other face. Its twofold difference
+    /// is a factor up to the sign.
     #[inline]
     fn corner(&self, axis: usize, u: f64, v: f64) -> f64 {
         let [axis_u, axis_v] = self.other.other_axes();
@@ -385,12 +386,13 @@ impl Viewpoint {
     }
 }
 
-/// Line `k` of the parts into which a near element's stretch is cut.
+/// Position of line `k` that cuts a near element's stretch into parts.
 fn cut(stretch: [f64; 2], k: usize) -> f64 {
     stretch[0] + (stretch[1] - stretch[0]) * k as f64 / CUTS as f64
 }
 
-/// What a slope of the exitance adds to an element's part, from the factors of its cuts; its mean stays.
+/// Illuminance that the slope of the exitance adds to an element's contribution, from the factors of its parts. The mean exitance
+/// is unchanged.
 fn slope_part([u, v]: [[f64; 2]; 2], slope: [f64; 2], factor: impl Fn(usize, usize) -> f64) -> f64 {
     let from_middle = |x: [f64; 2], k: usize| (x[1] - x[0]) * ((k as f64 + 0.5) / CUTS as f64 - 0.5);
     let mut sum = 0.0;
@@ -402,14 +404,14 @@ fn slope_part([u, v]: [[f64; 2]; 2], slope: [f64; 2], factor: impl Fn(usize, usi
     sum
 }
 
-/// A smaller error than this part of the value is not claimed: the sums' rounding, and the solver's.
+/// Smallest relative error that is stated: the rounding of the sums and the solver's error.
 const LEAST_ERROR: f64 = 1e-9;
 
-/// The limit of three meshes' values, each with about a quarter of the error of the one before, and its estimated
-/// error.
+/// The limit of the values of three meshes and its estimated error. Each mesh has about a quarter of the error of the one before.
 ///
-/// What the limits from the coarse pair and from the fine pair differ by is an error four times that of the fine
-/// pair's limit at least, since what the extrapolation leaves falls no slower; half of it is stated.
+/// The difference of the limits from the coarse pair and from the fine pair is about the error of the coarse pair's limit. That is
+/// at least four times the error of the fine pair's limit, since the error left by the extrapolation falls no slower than before.
+/// Half of the difference is stated.
 ///
 /// Source: docs/methods.md (12).
 pub fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
@@ -423,10 +425,10 @@ fn middles(edges: &[f64]) -> Vec<f64> {
     edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect()
 }
 
-/// Values of a corner function on all pairs of lines in two directions, (i, k) in one and (j, l) in the other, where
-/// (j, l) may be exchanged.
+/// Values of a corner function on all pairs of lines in two directions: (i, k) in one and (j, l) in the other. The function is
+/// symmetric in j and l.
 struct PairTable {
-    /// Lines that i, k and both j and l number.
+    /// Numbers of lines for i, for k, and for both j and l.
     lines: [usize; 3],
     values: Vec<f64>,
 }
@@ -457,7 +459,8 @@ impl PairTable {
         PairTable { lines, values }
     }
 
-    /// Calls with every fourfold difference's size; the sign only tells which way the lines are numbered.
+    /// Calls `call` with the absolute value of every fourfold difference. The sign only depends on the direction in which the lines
+    /// are numbered.
     fn for_each(&self, mut call: impl FnMut(usize, usize, usize, usize, f64)) {
         let [lines_i, lines_k, lines_j] = self.lines;
         let at = |i: usize, k: usize, j: usize, l: usize| self.values[((i * lines_k + k) * lines_j + j) * lines_j + l];
@@ -478,13 +481,13 @@ impl PairTable {
     }
 }
 
-/// Lines through all `breaks` (rising), some `divisions` stretches in all, close together at every break, where the
-/// light changes fastest; those of half as many divisions are among them, where these are a multiple of 8.
+/// Lines through all `breaks` (rising), with about `divisions` stretches in all. They are close together at every break, where the
+/// light changes fastest. The lines of half as many divisions are among them if `divisions` is a multiple of 8.
 pub fn graded_edges(breaks: &[f64], divisions: usize) -> Vec<f64> {
     let length = breaks[breaks.len() - 1] - breaks[0];
     let mut edges = vec![breaks[0]];
     for stretch in breaks.windows(2) {
-        // Shares are rounded to quarters of the whole, so that twice the divisions halve every stretch.
+        // Shares are rounded to quarters of the whole, so that doubling the divisions halves every stretch.
         let quarters = (4.0 * (stretch[1] - stretch[0]) / length).round().max(1.0) as usize;
         let count = (quarters * divisions).div_ceil(4);
         let line = |i: usize| {

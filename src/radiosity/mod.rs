@@ -1,9 +1,9 @@
-//! Radiosity on rectangular rooms: the finite-element rival of the methods that trace chains.
+//! Radiosity in rectangular rooms: the finite-element method to compare with the methods that trace chains.
 //!
-//! Every face is cut into rectangles, finer towards its edges and towards breaks of material. The exchange between
-//! rectangles and the direct light's mean over each are exact (of measured distributions: integrated), so that only the
-//! exitance's variation within a rectangle is lost, an error that falls with the square of their size. Three meshes,
-//! each twice as fine as the one before, let it be extrapolated away and judged.
+//! Every face is cut into rectangles, finer towards its edges and towards changes of material. The exchange between rectangles is
+//! exact. The mean direct light over each rectangle is exact too (integrated for measured distributions). Only the variation of the
+//! exitance within a rectangle is lost. This error falls with the square of the rectangles' size. Three meshes, each twice as fine
+//! as the one before, allow to extrapolate the error away and to estimate what remains.
 //!
 //! [`Radiosity`] computes the maps of a scene; [`mesh::RoomMesh`] solves one mesh.
 

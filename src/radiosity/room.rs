@@ -1,4 +1,4 @@
-//! From a scene to a rectangular room, or a refusal that says why it is none.
+//! Converts a scene to a rectangular room, or refuses it with the reason.
 
 use glam::DVec3;
 
@@ -8,36 +8,36 @@ use super::sources::RoomSource;
 use crate::sampling::emitter::{Emitter, Emitters};
 use crate::scene::{Emission, ReflectionLaw, Scene};
 
-/// Rectangles that a room may be made of; each cuts the mesh of all faces.
+/// Maximum number of rectangles of a room. Each one cuts the mesh of all faces.
 const MOST_RECTANGLES: usize = 64;
 
 /// A rectangle of a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tile {
     pub face: RoomFace,
-    /// Along the face's other axes, in the room's coordinates, m.
+    /// Extent along the face's other two axes, in the room's coordinates, m.
     pub stretches: [[f64; 2]; 2],
     pub reflectance: f64,
     surface: u32,
 }
 
-/// What lights a room.
+/// A light source of a room.
 pub(super) enum Lamp {
     /// An isotropic point or a panel.
     Source(RoomSource),
-    /// A point with a distribution, and the face that it lies on, if any.
+    /// A point with a directional distribution, and the face that it lies on, if any.
     Directed(Box<Emitter>, Option<RoomFace>),
 }
 
-/// A closed rectangular room with its low corner in the origin of its own coordinates.
+/// A closed rectangular room. Its low corner is the origin of its own coordinates.
 pub(super) struct BoxedRoom {
     /// Low corner in the scene's coordinates, m.
     pub corner_m: DVec3,
     pub size_m: [f64; 3],
-    /// Coordinates along each axis at which tiles meet, the room's ends included, m.
+    /// Coordinates along each axis at which tiles meet, including the room's ends, m.
     pub breaks: [Vec<f64>; 3],
     pub tiles: Vec<Tile>,
-    /// Face of every triangle of the scene.
+    /// Face of each triangle of the scene.
     pub faces: Vec<RoomFace>,
     pub lamps: Vec<Lamp>,
 }
@@ -46,7 +46,7 @@ const A_ROOM: &str =
     "a closed room of diffuse rectangles along the axes that hides no part of itself, such as one inward box";
 
 impl BoxedRoom {
-    /// Recognises a room.
+    /// Recognises a scene as a room, or refuses it.
     pub fn of(scene: &Scene) -> Result<BoxedRoom, NotARoom> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for triangle in 0..scene.triangles.len() as u32 {
@@ -98,7 +98,7 @@ impl BoxedRoom {
         Ok(())
     }
 
-    /// Makes tiles of pairs of triangles that halve one rectangle along a diagonal.
+    /// Combines pairs of triangles that divide one rectangle along a diagonal into tiles.
     fn pair_triangles(&mut self, scene: &Scene) -> Result<(), NotARoom> {
         let tolerance_m = self.tolerance_m();
         let mut halves: Vec<(Tile, DVec3)> = Vec::new();
@@ -159,7 +159,7 @@ impl BoxedRoom {
         }
     }
 
-    /// Every cell of the breaks on every face must lie on one tile.
+    /// Checks that every cell of the breaks on every face lies on exactly one tile.
     fn check_closed(&self) -> Result<(), NotARoom> {
         for face in RoomFace::ALL {
             let [u, v] = face.other_axes().map(|axis| &self.breaks[axis]);
@@ -178,13 +178,13 @@ impl BoxedRoom {
         Ok(())
     }
 
-    /// Reflectance at a place of a face.
+    /// Reflectance at a point of a face.
     pub fn reflectance(&self, face: RoomFace, place: [f64; 2]) -> f64 {
         let tile = self.tiles.iter().find(|tile| tile.face == face && tile.holds(place));
         tile.map_or(0.0, |tile| tile.reflectance)
     }
 
-    /// The face near which a position lies, within the tolerance of files.
+    /// The face on which a position lies, within the tolerance of files.
     pub fn face_at(&self, position: DVec3) -> Option<RoomFace> {
         common_face(self.size_m, &[position])
     }
@@ -272,8 +272,8 @@ impl BoxedRoom {
         Ok(())
     }
 
-    /// A position of the scene in the room's coordinates; what lies on a face to the tolerance of files is moved
-    /// exactly there.
+    /// A position of the scene in the room's coordinates. Points that lie on a face within the tolerance of files are moved exactly
+    /// onto it.
     pub fn settle(&self, position_m: DVec3) -> DVec3 {
         let tolerance_m = self.tolerance_m();
         let mut position = (position_m - self.corner_m).to_array();

@@ -1,4 +1,4 @@
-//! A room solved on finer and finer meshes (docs/methods.md (11)), and the maps that they give.
+//! Solves a room on finer and finer meshes (docs/methods.md (11)), and computes its maps from them.
 
 use std::sync::OnceLock;
 
@@ -17,18 +17,18 @@ use crate::scene::{
     ElementSizes, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid,
 };
 
-/// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
+/// Divisions of a face without breaks on each mesh, from the coarsest. The last three meshes are extrapolated.
 const DIVISIONS: [usize; 5] = [2, 4, 8, 16, 32];
-/// Rectangles of the finest mesh: some 300 MB of exchange areas.
+/// Maximum number of rectangles of the finest mesh: about 300 MB of exchange areas.
 const MOST_RECTANGLES: usize = 9000;
-/// An element larger than this part of the shortest panel of the interpolation is integrated in parts.
+/// An element larger than this share of the shortest interpolation panel is integrated in parts.
 const ELEMENT_SHARE: f64 = 0.125;
-/// The most parts along an element's edge.
+/// Maximum number of parts along an element's edge.
 const MOST_PARTS: f64 = 32.0;
-/// A normal whose component along an axis is this near to 1 runs along it.
+/// A normal counts as along an axis if its component there differs from 1 by less than this.
 const ALONG_AXIS: f64 = 1e-12;
 
-/// A scene that radiosity can solve, and how far it has come.
+/// A scene that radiosity can solve, with the meshes solved so far.
 ///
 /// ```
 /// # use luxmc::radiosity::Radiosity;
@@ -47,11 +47,11 @@ pub struct Radiosity<'a> {
     scene: &'a Scene,
     room: BoxedRoom,
     nodes: FacePoints,
-    /// The meshes so far, from the coarsest, and their values at the points of the interpolation once asked for.
+    /// The meshes so far, from the coarsest. Each has its values at the interpolation points, computed on first use.
     meshes: Vec<(RoomMesh, OnceLock<[Vec<f64>; 6]>)>,
 }
 
-/// Flux that the surfaces take by a map, and its estimated error.
+/// Flux that the surfaces absorb according to a map, and its estimated error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AbsorbedFlux {
     /// Σ (1 − ρ)EA in lm.
@@ -61,10 +61,10 @@ pub struct AbsorbedFlux {
 }
 
 impl<'a> Radiosity<'a> {
-    /// Whether a scene is a room that radiosity can solve.
+    /// Checks that a scene is a room that radiosity can solve.
     ///
     /// # Errors
-    /// What of the scene it cannot compute, and which method can.
+    /// Fails with the part of the scene that it cannot compute, and names a method that can.
     pub fn check(scene: &Scene) -> Result<(), NotARoom> {
         BoxedRoom::of(scene).map(|_| ())
     }
@@ -77,10 +77,10 @@ impl<'a> Radiosity<'a> {
         Radiosity::new_within(scene, &|| false)
     }
 
-    /// The same, unless time is over before: hundreds of luminaires of a measured distribution take long.
+    /// Like [`Radiosity::new`], but fails if the time is over first. Hundreds of luminaires with measured distributions take long.
     ///
     /// # Errors
-    /// As [`Radiosity::check`], and where time is over.
+    /// As [`Radiosity::check`], and if the time is over.
     pub fn new_within(scene: &'a Scene, is_over: &dyn Fn() -> bool) -> Result<Radiosity<'a>, NotARoom> {
         let room = BoxedRoom::of(scene)?;
         let nodes = FacePoints { lines: [0, 1, 2].map(|axis| AxisPoints::new(&room.breaks[axis])) };
@@ -94,8 +94,8 @@ impl<'a> Radiosity<'a> {
         Ok(radiosity)
     }
 
-    /// Adds a mesh twice as fine, which takes some 16 times as long as the one before; `false` where the finest has
-    /// been reached.
+    /// Adds a mesh twice as fine, which takes about 16 times as long as the one before. Returns `false` if the finest mesh is
+    /// reached.
     pub fn refine(&mut self) -> bool {
         let Some(divisions) = DIVISIONS.get(self.meshes.len()) else { return false };
         let parts = [0, 1, 2].map(|axis| graded_edges(&self.room.breaks[axis], *divisions).len() - 1);
@@ -106,12 +106,12 @@ impl<'a> Radiosity<'a> {
         true
     }
 
-    /// Rectangles of the finest mesh so far.
+    /// Number of rectangles of the finest mesh so far.
     pub fn rectangles(&self) -> usize {
         self.meshes.last().map_or(0, |(mesh, _)| mesh.len())
     }
 
-    /// Adds a mesh, which is worth nothing where time is over in between.
+    /// Adds a mesh. If the time is over in between, the mesh is useless.
     fn add_mesh(&mut self, is_over: &dyn Fn() -> bool) {
         let room = &self.room;
         let divisions = DIVISIONS[self.meshes.len()];
@@ -130,7 +130,7 @@ impl<'a> Radiosity<'a> {
         [0, 1, 2].map(|level| &self.meshes[first + level])
     }
 
-    /// A map by the meshes so far; every value's `standard_error_lx` is its estimated error.
+    /// Computes a map from the meshes so far. The `standard_error_lx` of each value is its estimated error.
     pub fn map(&self, kind: MapKind) -> MapResult {
         match kind {
             MapKind::Elements => self.element_map(),
@@ -167,7 +167,7 @@ impl<'a> Radiosity<'a> {
         result("elements", MapKind::Elements, values, error, tables)
     }
 
-    /// Direct and indirect mean over an element, and the error of both.
+    /// Mean direct and indirect illuminance over an element, and the error of their sum, in lx.
     fn element_lx(&self, field: &IndirectField, elements: &Elements, index: u32) -> (f64, f64, f64) {
         let element = elements.element(index);
         let triangle = element.triangle;
@@ -196,7 +196,7 @@ impl<'a> Radiosity<'a> {
                         error_lx += weight * step * step * one_error_lx;
                     };
                     take(at(corner[0] + s, corner[1] + t));
-                    // The triangle turned round beside it, but for the last of a row.
+                    // Adds the adjacent triangle that is turned by half a turn, except at the end of a row.
                     if j + 1 < parts - i {
                         take(at(corner[0] + step - s, corner[1] + step - t));
                     }
@@ -235,7 +235,7 @@ impl<'a> Radiosity<'a> {
         (direct_lx, indirect_lx, error_lx)
     }
 
-    /// Σ (1 − ρ)EA by an element map of this scene.
+    /// Σ (1 − ρ)EA from an element map of this scene.
     pub fn absorbed_flux(&self, elements_map: &MapResult) -> AbsorbedFlux {
         let elements = Elements::of(self.scene);
         let mut sum = AbsorbedFlux { absorbed_lm: 0.0, estimated_error_lm: 0.0 };

@@ -1,4 +1,4 @@
-//! What lights a room, and its direct light.
+//! The light sources of a room, and their direct light.
 
 use std::f64::consts::PI;
 
@@ -14,26 +14,26 @@ use crate::base::solid_angle::triangle_solid_angle_sr;
 pub enum RoomSource {
     /// An isotropic point.
     Point {
-        /// Where it is, within the room, m.
+        /// Position within the room, m.
         position: DVec3,
         /// Intensity in every direction, cd (flux over 4π).
         intensity_cd: f64,
     },
-    /// A Lambertian rectangle flush with a face, whose reflectance it keeps.
+    /// A Lambertian rectangle flush with a face. It keeps the face's reflectance.
     Panel {
-        /// The face it lies on.
+        /// The face that it lies on.
         face: RoomFace,
         /// Low corner along the other two axes, m.
         low: [f64; 2],
         /// High corner, m.
         high: [f64; 2],
-        /// What it emits, lm/m².
+        /// Exitance emitted, lm/m².
         exitance_lm_m2: f64,
     },
 }
 
 impl RoomSource {
-    /// Flux emitted, lm.
+    /// Emitted flux, lm.
     pub fn luminous_flux_lm(&self) -> f64 {
         match *self {
             RoomSource::Point { intensity_cd, .. } => 4.0 * PI * intensity_cd,
@@ -43,7 +43,7 @@ impl RoomSource {
         }
     }
 
-    /// Illuminance at a point with a unit normal.
+    /// Illuminance in lx at a point with a unit normal.
     pub fn at_point_lx(&self, size_m: [f64; 3], point: DVec3, normal: DVec3) -> f64 {
         match *self {
             RoomSource::Point { position, intensity_cd } => {
@@ -57,7 +57,7 @@ impl RoomSource {
         }
     }
 
-    /// Mean over a triangle of a face: exact for a point, by quadrature for a panel.
+    /// Mean illuminance in lx over a triangle of a face: exact for a point, by quadrature for a panel.
     pub fn triangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, corners: [DVec3; 3], area_m2: f64) -> f64 {
         match *self {
             RoomSource::Point { position, intensity_cd } => {
@@ -75,7 +75,7 @@ impl RoomSource {
         }
     }
 
-    /// Mean over a rectangle of a face; exact.
+    /// Mean illuminance in lx over a rectangle of a face; exact.
     pub fn rectangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, stretches: [[f64; 2]; 2]) -> f64 {
         let rectangle = face.rectangle(size_m, stretches);
         match *self {

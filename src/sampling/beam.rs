@@ -1,19 +1,19 @@
-//! Beams of light paths by way of flat mirrors: which facet comes next, with a probability that is known exactly.
+//! Beams of light paths over flat mirrors: the choice of the next facet, with an exactly known probability.
 //!
-//! All paths from a point by way of a given sequence of facets seem to come from one point, the image of the first; in
-//! straightened space they fill a cone, cut by each facet in turn. The next facet is chosen in proportion to the solid
-//! angle of what the cone leaves of it: sequences that no path can take are never chosen, and long ones are about as
-//! probable as the beam is wide.
+//! All paths from a point over a given sequence of facets seem to come from one point, the image of the first point. In unfolded space they
+//! fill a cone that each facet cuts in turn. The next facet is chosen in proportion to the solid angle of the part of it inside the cone.
+//! Impossible sequences are therefore never chosen. The probability of a long sequence is about in proportion to the solid angle of the
+//! beam.
 
 use glam::DVec3;
 
 use crate::scene::{Scene, Side};
 
-/// Corners of a polygon at most: cuts that would give more are left out, which makes the polygon larger than the beam,
-/// not smaller; whoever follows a path checks it facet by facet.
+/// Largest number of corners of a polygon. Cuts that would give more corners are left out. This makes the polygon larger than the beam, not
+/// smaller, and the caller checks a path facet by facet.
 const MOST_CORNERS: usize = 16;
 
-/// Two triangles lie in one plane where no corner is farther off it than this, over the length of an edge.
+/// Two triangles lie in one plane if no corner is farther off it than this, relative to the length of an edge.
 const FLAT: f64 = 1e-12;
 
 /// A triangle of the scene.
@@ -28,7 +28,7 @@ impl FacetTriangle {
         FacetTriangle { triangle, corners_m: scene.corners_m(triangle) }
     }
 
-    /// Weights of the second and third corner at a point of the plane; `None` outside of the triangle.
+    /// Returns the weights of the second and third corner at a point of the plane; `None` outside the triangle.
     fn weights(&self, point_m: DVec3) -> Option<[f64; 2]> {
         let [a, b, c] = self.corners_m;
         let twice_area = (b - a).cross(c - a);
@@ -39,8 +39,8 @@ impl FacetTriangle {
     }
 }
 
-/// A flat piece that reflects as a mirror on one of its sides: a triangle, or two that make a quadrilateral, so that chance has
-/// nothing to choose between the halves of a rectangle.
+/// A flat piece that reflects like a mirror on one side: a triangle, or two triangles that form a quadrilateral. One facet for both halves
+/// of a rectangle needs no random choice between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
     /// The side that reflects.
@@ -54,10 +54,10 @@ pub struct Facet {
     count: usize,
 }
 
-/// Where a line crosses a facet.
+/// The point where a line crosses a facet.
 #[derive(Clone, Copy, Debug)]
 pub struct MirrorPlace {
-    /// The place in m.
+    /// The point in m.
     pub point_m: DVec3,
     /// Triangle of the scene.
     pub triangle: u32,
@@ -66,7 +66,7 @@ pub struct MirrorPlace {
 }
 
 impl Facet {
-    /// A side of a triangle.
+    /// Makes a facet of one side of a triangle.
     pub fn new(scene: &Scene, triangle: u32, side: Side) -> Facet {
         let part = FacetTriangle::of(scene, triangle);
         let [a, b, c] = part.corners_m;
@@ -75,14 +75,14 @@ impl Facet {
         Facet { side, normal, part, other: None, corners_m: outline, count: 3 }
     }
 
-    /// With a second triangle, the same side of it, if both make a flat convex quadrilateral.
+    /// Adds a second triangle, with its same side, if both together form a flat convex quadrilateral.
     pub fn joined(&self, scene: &Scene, triangle: u32) -> Option<Facet> {
         let part = FacetTriangle::of(scene, triangle);
         let is_own = |corner_m: &DVec3| self.corners_m[..3].contains(corner_m);
         let mut new = part.corners_m.iter().filter(|corner_m| !is_own(corner_m));
         let (Some(fourth_m), None) = (new.next(), new.next()) else { return None };
         let alone = (0..3).find(|i| !part.corners_m.contains(&self.corners_m[*i]))?;
-        // The new corner lies beyond the edge that both have.
+        // The new corner lies beyond the shared edge.
         let [a, b, c] = [0, 1, 2].map(|i| self.corners_m[(alone + i) % 3]);
         let outline = [a, b, *fourth_m, c];
         let turns_left = |i: usize| {
@@ -100,7 +100,7 @@ impl Facet {
         })
     }
 
-    /// One of its triangles in the scene.
+    /// Returns one of its triangles in the scene.
     pub fn triangle(&self) -> u32 {
         self.part.triangle
     }
@@ -110,12 +110,12 @@ impl Facet {
         (point_m - self.corners_m[0]).dot(self.normal)
     }
 
-    /// The image of a point.
+    /// Returns the mirror image of a point.
     pub fn image_m(&self, point_m: DVec3) -> DVec3 {
         point_m - self.normal * (2.0 * self.height_m(point_m))
     }
 
-    /// Where a line crosses the facet; `None` outside of it.
+    /// Returns the point where a line crosses the facet; `None` outside the facet.
     pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<MirrorPlace> {
         let (below, above) = (self.height_m(from_m), self.height_m(to_m));
         let point_m = from_m + (to_m - from_m) * (below / (below - above));
@@ -140,7 +140,8 @@ impl Polygon {
         &self.corners_m[..self.count]
     }
 
-    /// Puts the part on the inner side of a plane into `kept`; whether it is less than the whole, which is not put there.
+    /// Puts the part on the inner side of a plane into `kept`, and returns whether the plane cut anything off. If not, `kept` does not
+    /// change.
     fn cut(&self, point_m: DVec3, inward: DVec3, kept: &mut Polygon) -> bool {
         let height_m = |corner_m: &DVec3| (corner_m - point_m).dot(inward);
         if self.count == MOST_CORNERS || self.corners().iter().all(|corner_m| height_m(corner_m) >= 0.0) {
@@ -167,8 +168,9 @@ impl Polygon {
         self.count += 1;
     }
 
-    /// Solid angle as seen from a point, triangle by triangle of a fan. The tangent of half a triangle's is a quotient (A. van
-    /// Oosterom, J. Strackee, 1983), so that a product of complex numbers has half of the whole for its angle.
+    /// Returns the solid angle in sr as seen from a point, from a fan of triangles. The tangent of half of a triangle's solid angle is a
+    /// quotient (A. van Oosterom, J. Strackee, 1983). A product of complex numbers therefore has half of the whole solid angle as its
+    /// angle.
     fn solid_angle_sr(&self, from_m: DVec3) -> f64 {
         let seen = |i: usize| (self.corners_m[i] - from_m).normalize_or_zero();
         let (first, mut before) = (seen(0), seen(1));
@@ -180,37 +182,37 @@ impl Polygon {
             product = [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
             before = here;
         }
-        // Nothing that is flat covers more than half of the sphere.
+        // A flat polygon never covers more than half of the sphere.
         if product[1] == 0.0 { 0.0 } else { 2.0 * product[1].atan2(product[0]).abs() }
     }
 }
 
-/// All paths from a point by way of some facets.
+/// All paths from a point over some facets.
 #[derive(Clone, Debug)]
 pub struct Beam {
-    /// Where the paths seem to come from, in m.
+    /// The point from which the paths seem to come, in m.
     pub apex_m: DVec3,
     /// Inward normals of planes through the apex.
     walls: [DVec3; MOST_CORNERS],
     wall_count: usize,
-    /// A point of the last facet and its normal: the beam begins there.
+    /// A point of the last facet and the facet's normal. The beam begins there.
     base: Option<(DVec3, DVec3)>,
 }
 
 /// The next facet of a beam.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
-    /// Its place in the list.
+    /// Its index in the list.
     pub facet: usize,
     /// Probability of the choice.
     pub probability: f64,
-    /// Cosine under which the middle of the beam meets it.
+    /// Cosine of incidence of the middle of the beam.
     pub cosine: f64,
     polygon: Polygon,
 }
 
 impl Beam {
-    /// All directions above a point with a unit normal.
+    /// Makes the beam of all directions above a point with a unit normal.
     pub fn above(point_m: DVec3, normal: DVec3) -> Beam {
         let mut walls = [DVec3::ZERO; MOST_CORNERS];
         walls[0] = normal;
@@ -221,7 +223,7 @@ impl Beam {
         &self.walls[..self.wall_count]
     }
 
-    /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle that the beam leaves of it.
+    /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle of the part of each facet inside the beam.
     pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<Step> {
         let seen_sr = self.seen_sr(facets);
         let total_sr: f64 = seen_sr.iter().sum();
@@ -236,14 +238,14 @@ impl Beam {
         self.step(facets, facet, seen_sr[facet] / total_sr)
     }
 
-    /// The step to a facet, with the probability that it would be chosen with; `None` where no path leads there.
+    /// Returns the step to a facet with the probability of its choice; `None` where no path leads there.
     pub fn step_to(&self, facets: &[Facet], facet: usize) -> Option<Step> {
         let seen_sr = self.seen_sr(facets);
         let probability = seen_sr[facet] / seen_sr.iter().sum::<f64>();
         if seen_sr[facet] > 0.0 { self.step(facets, facet, probability) } else { None }
     }
 
-    /// Solid angles that the beam leaves of facets, in sr.
+    /// Returns the solid angles in sr of the parts of facets inside the beam.
     fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
         let mut room = [Polygon::EMPTY; 2];
         let solid_angle_sr = |facet: &Facet| {
@@ -260,7 +262,7 @@ impl Beam {
         Some(Step { facet, probability, cosine, polygon })
     }
 
-    /// Goes on by a step.
+    /// Continues the beam by one step.
     pub fn reflect(&mut self, facet: &Facet, step: &Step) {
         self.apex_m = facet.image_m(self.apex_m);
         self.base = Some((facet.corners_m[0], facet.normal));
@@ -280,7 +282,7 @@ impl Beam {
             && self.walls().iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
     }
 
-    /// What the beam leaves of a facet, made in a room for two polygons.
+    /// Returns the part of a facet inside the beam, computed in `room`, storage for two polygons.
     fn part_of<'r>(&self, facet: &Facet, room: &'r mut [Polygon; 2]) -> Option<&'r Polygon> {
         if facet.height_m(self.apex_m) <= 0.0 {
             return None;

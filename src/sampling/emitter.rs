@@ -1,9 +1,9 @@
-//! Luminaires as the chain and the estimators see them: a flat list of points, openings, triangle sides, balls, rings, sky and sun.
+//! Luminaires for the chains and the estimators: a flat list of points, openings, triangle sides, balls, rings, sky and sun.
 //!
-//! Every kind of light has a file of its own and stands behind one trait, `light::Light`; this file lists them all, once, in the call of
-//! `lights!`, and tells in `lights_of` what a luminaire of the scene becomes. Four faces are those of every emitter: `emit` draws a
-//! packet in proportion to what leaves it, `light_sample` draws a point of it in proportion to what that brings to a receiver,
-//! `unshadowed_lx` is the exact value of what it brings where nothing stands between, and `luminous_flux_lm` its total.
+//! Every kind of light has its own file and implements one trait, `light::Light`. This file lists the kinds once, in the call of `lights!`.
+//! `lights_of` converts a luminaire of the scene to lights. Every emitter has four functions. `emit` draws a packet in proportion to the
+//! emitted flux. `light_sample` draws a point of the emitter in proportion to its contribution at a receiver. `unshadowed_lx` is the exact
+//! illuminance where nothing stands between. `luminous_flux_lm` is the total flux.
 
 mod ball;
 mod light;
@@ -42,7 +42,7 @@ use triangle::TriangleEmitter;
 use triangle_view::TriangleView;
 use web::{SharedWebs, WebLight};
 
-/// Makes the list of lights, and `of_light!`, which calls the same method of whichever it is.
+/// Makes the list of lights and the macro `of_light!`, which calls one method of whichever kind a light is.
 macro_rules! lights {
     ($($kind:ident($light:ty)),* $(,)?) => {
         #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ lights! {
     Sun(SunEmitter),
 }
 
-/// What a luminaire emits from: each light with its flux in lm.
+/// Passes the lights of a luminaire to `push`, each with its flux in lm.
 fn lights_of(
     scene: &Scene,
     luminaire: u32,
@@ -124,12 +124,12 @@ fn lights_of(
     }
 }
 
-/// Where light leaves a luminaire, for the geometry to find its place.
+/// A point where light leaves a luminaire, described so that the geometry can find it.
 #[derive(Clone, Copy, Debug)]
 pub enum Place {
     /// A point in free space, in m.
     Free(DVec3),
-    /// A point that may lie on a surface and then belongs to the side its normal points to.
+    /// A point that may lie on a surface, with a unit normal. It then belongs to the side that its normal points to.
     Sided(DVec3, DVec3),
     /// A point of a triangle's side.
     Surface {
@@ -149,7 +149,7 @@ pub enum Place {
     },
 }
 
-/// One light of the list: a luminaire is one, or as many as it has emitting triangle sides.
+/// One light of the list. A luminaire has one, or one for each of its emitting triangle sides.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     /// The luminaire it belongs to.
@@ -160,36 +160,36 @@ pub struct Emitter {
     beacon: Beacon,
 }
 
-/// A packet's start.
+/// The start of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted {
-    /// Where it leaves.
+    /// Where it starts.
     pub place: Place,
     /// Its unit direction.
     pub direction: DVec3,
-    /// Light of sky and sun: where it comes from. Without a free way from there it is none.
+    /// For light of sky and sun, the point from which it comes. If the path from there is blocked, the packet carries no light.
     pub behind: Option<Place>,
-    /// Light of sky and sun counts from here as far as this, in m, until it is scattered; beyond it is another emitter's.
+    /// Light of sky and sun counts up to this distance from the start, in m, until it is scattered. Beyond, it belongs to another emitter.
     pub reach_m: f64,
 }
 
 impl Emitted {
-    /// A packet that is there, whatever lies about.
+    /// Makes a packet that needs no check of its origin and has no limit of distance.
     fn new(place: Place, direction: DVec3) -> Emitted {
         Emitted { place, direction, behind: None, reach_m: f64::INFINITY }
     }
 }
 
-/// One point of an emitter, drawn for a receiver, and what the emitter brings there if that point is in sight.
+/// One point of an emitter, drawn for a receiver, and the illuminance from the emitter if that point is visible.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Illuminance in lx if nothing stands between.
     pub unshadowed_lx: f64,
-    /// The point, to which a shadow ray goes; `None` where rounding leaves none, so little of the emitter is above the horizon.
+    /// The point to which a shadow ray goes. `None` where rounding leaves no point, because too little of the emitter is above the horizon.
     pub place: Option<Place>,
 }
 
-/// An emitter as one place sees it.
+/// An emitter as seen from one point.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterView<'a> {
     emitter: &'a Emitter,
@@ -208,7 +208,7 @@ impl EmitterView<'_> {
     }
 }
 
-/// Cosine law and inverse square at a point: E/I.
+/// Returns E/I at a point from the cosine law and the inverse square.
 #[inline]
 fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
     let distance_squared = offset.length_squared();
@@ -217,12 +217,12 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 }
 
 impl Emitter {
-    /// Whether no ray can meet it: a point, or an opening or a ring, which is no obstacle. Light samples alone find what it brings.
+    /// Whether no ray can meet it: a point, or an opening or ring, which does not block rays. Only light samples find its contribution.
     pub fn is_met_by_no_ray(&self) -> bool {
         of_light!(&self.shape, light => light.is_met_by_no_ray())
     }
 
-    /// Whether it is one point: every look from one place then says the same.
+    /// Whether it is a single point. All light samples from one place are then equal.
     pub fn is_single_point(&self) -> bool {
         self.is_met_by_no_ray() && !self.has_opening()
     }
@@ -236,7 +236,7 @@ impl Emitter {
         self.beacon.center_m.distance_squared(point_m) < reach_m * reach_m
     }
 
-    /// Its middle in m; of the sky some place.
+    /// Returns its centre in m; for the sky an arbitrary point.
     pub fn center_m(&self) -> DVec3 {
         self.beacon.center_m
     }
@@ -246,22 +246,22 @@ impl Emitter {
         matches!(self.shape, EmitterShape::Ball(_))
     }
 
-    /// The side of a triangle that it is.
+    /// Returns the triangle side that it is, if it is one.
     fn side(&self) -> Option<(u32, Side)> {
         of_light!(&self.shape, light => light.side())
     }
 
-    /// The sky that it is, or is a part of.
+    /// Returns the sky that it is or belongs to.
     fn sky(&self) -> Option<&Sky> {
         of_light!(&self.shape, light => light.sky())
     }
 
-    /// The sun that it is.
+    /// Returns the sun, if it is the sun.
     fn sun(&self) -> Option<&Sun> {
         of_light!(&self.shape, light => light.sun())
     }
 
-    /// Whether it is the sun, or the sky, or what an opening shows of it.
+    /// Whether it is the sun, the sky, or the part of the sky that an opening shows.
     pub fn is_far(&self) -> bool {
         self.sky().is_some() || self.is_sun()
     }
@@ -271,7 +271,7 @@ impl Emitter {
         self.sun().is_some()
     }
 
-    /// Cosine between a triangle's emitting side and a unit direction, 0 behind it; 0 for the others.
+    /// Returns the cosine between a triangle's emitting side and a unit direction. It is 0 behind that side, and 0 for other kinds.
     pub fn cosine_towards(&self, direction: DVec3) -> f64 {
         of_light!(&self.shape, light => light.cosine_towards(direction))
     }
@@ -281,25 +281,25 @@ impl Emitter {
         of_light!(&self.shape, light => light.has_opening())
     }
 
-    /// A point of an emitter without a body: its only one, one of its opening or of its ring; `None` for the others.
+    /// Draws a point of an emitter that has no body: its only point, or a point of its opening or ring. `None` for other kinds.
     #[inline]
     pub fn draw_point(&self, stream: &mut Stream) -> Option<OpeningPoint> {
         of_light!(&self.shape, light => light.draw_point(stream))
     }
 
-    /// A point of an emitter without a body for the geometry; a directed one belongs to the side it aims at.
+    /// Returns the `Place` of a point of an emitter without a body. If the emitter has an axis, the point belongs to the side it aims at.
     #[inline]
     pub fn place_of_point(&self, point_m: DVec3) -> Place {
         of_light!(&self.shape, light => light.place_of_point(point_m))
     }
 
-    /// Intensity in cd of an emitter without a body towards a unit direction; 0 for the others, which have none.
+    /// Returns the intensity in cd of an emitter without a body towards a unit direction; 0 for other kinds, which have none.
     pub fn intensity_cd(&self, direction: DVec3) -> f64 {
         of_light!(&self.shape, light => light.intensity_cd(direction))
     }
 
-    /// Intensity in cd that one of its points stands for, if [`Emitter::draw_point`] drew it: the mean over all points is `intensity_cd`,
-    /// but a point of a solid opening shines only to where its face looks.
+    /// Returns the intensity in cd that a point drawn by [`Emitter::draw_point`] represents. The mean over all points is `intensity_cd`. A
+    /// point of a solid opening emits only to the directions that its face looks to.
     pub fn intensity_from_cd(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
         let share = of_light!(&self.shape, light => light.share_from(point, direction));
         if share > 0.0 { share * self.intensity_cd(direction) } else { 0.0 }
@@ -310,56 +310,57 @@ impl Emitter {
         of_light!(&self.shape, light => light.emit(stream))
     }
 
-    /// Intensity in cd that it sends in a unit direction as seen from afar, with one of the points that this comes from; `None` where
-    /// it sends nothing there, and for the sky, which lies afar itself.
+    /// Returns the intensity in cd in a unit direction as seen from afar, and one of the points that the light comes from. `None` where
+    /// there is no light in that direction, and for the sky, which is itself infinitely far.
     pub fn seen_from_afar(&self, direction: DVec3, stream: &mut Stream) -> Option<(f64, Place)> {
         of_light!(&self.shape, light => light.seen_from_afar(direction, stream))
             .filter(|(intensity_cd, _)| *intensity_cd > 0.0)
     }
 
-    /// A point of a triangle by two variates in [0, 1), of a ball on the disk that a place sees of it; `None` for
-    /// point-like emitters, and for a ball with the place inside.
+    /// Returns a point by two variates in [0, 1): of a triangle any point, of a ball a point of the disk that is visible from `place_m`.
+    /// `None` for point-like emitters, and for a ball around `place_m`.
     pub fn point_seen_from(&self, place_m: DVec3, variates: [f64; 2]) -> Option<Place> {
         of_light!(&self.shape, light => light.point_seen_from(place_m, variates))
     }
 
-    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact, but for an opening with an
-    /// extent, which counts as its centre, and the sky, of which openings show the part in their middle (their looks know better).
+    /// Returns the illuminance in lx at a point with a unit normal as if nothing stood between. It is exact with two exceptions. An opening
+    /// with an extent counts as its centre. The sky counts in each opening with the luminance seen in the opening's middle; light samples
+    /// are more accurate.
     pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         of_light!(&self.shape, light => light.unshadowed_lx(point_m, normal))
     }
 
-    /// A cheap stand-in for [`Emitter::unshadowed_lx`], 0 only where that is 0: its share decides how often the
-    /// emitter is looked at.
+    /// Returns a cheap substitute for [`Emitter::unshadowed_lx`], 0 only where that is 0. Its share decides how often the emitter is
+    /// sampled.
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
         self.beacon.importance(point_m, normal)
     }
 
-    /// One look at the emitter from a point with a unit normal; `None` where it brings nothing.
+    /// Draws one light sample of the emitter from a point with a unit normal; `None` where it gives no light.
     ///
-    /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
-    /// is what the look says times visibility.
+    /// The point of the emitter is drawn in proportion to its unshadowed contribution. The estimate of the illuminance is the sample's
+    /// `unshadowed_lx` times visibility.
     pub fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         of_light!(&self.shape, light => light.light_sample(point_m, normal, stream))
     }
 
-    /// The emitter as a point with a unit normal sees it: where many looks follow, what they share is found but once.
+    /// Prepares the emitter as seen from a point with a unit normal. The work that many light samples share is then done only once.
     pub fn view(&self, point_m: DVec3, normal: DVec3) -> EmitterView<'_> {
         let triangle = of_light!(&self.shape, light => light.triangle_view(point_m, normal));
         EmitterView { emitter: self, point_m, normal, triangle }
     }
 
-    /// A look that takes less time and has more chance, for the vertices of walks: what one of many emitters, one of many
-    /// walks and its visibility bring by chance is far more.
+    /// Draws a light sample that takes less time and has more variance, for the vertices of walks. The variance from choosing one of many
+    /// emitters, one of many walks and from visibility is far larger.
     ///
-    /// A far triangle's point is drawn by area; all else is looked at as ever.
+    /// For a far triangle the point is drawn by area; all else is sampled as usual.
     #[inline]
     pub fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         of_light!(&self.shape, light => light.cheap_light_sample(point_m, normal, stream))
     }
 
-    /// Exitance in lm/m² of an emitter that rays can meet; `None` for points, openings and rings, which light samples alone
+    /// Returns the exitance in lm/m² of an emitter that rays can meet. `None` for points, openings and rings, which only light samples
     /// find, and for sky and sun.
     pub fn exitance_lm_m2(&self) -> Option<f64> {
         of_light!(&self.shape, light => light.exitance_lm_m2())

@@ -1,8 +1,8 @@
-//! A tree over many emitters: one look costs the logarithm of their number instead of the number.
+//! A tree over many emitters: one choice costs the logarithm of their number instead of the number.
 //!
-//! After Conty Estevez and Kulla, 2018, "Importance sampling of many lights with adaptive tree splitting": groups that
-//! stand near, whose bound says little, are opened; far ones stand as one. A group is chosen in proportion to what it
-//! may bring, and within it the way goes down to either child in the same proportion.
+//! After Conty Estevez and Kulla, 2018, "Importance sampling of many lights with adaptive tree splitting". Near groups, whose bound is
+//! poor, are opened; a far group is treated as one emitter. A group is chosen in proportion to its importance. Within the group, the
+//! descent goes to either child in proportion to the children's importances.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -14,12 +14,12 @@ use glam::DVec3;
 use super::few_beacons::{FewBeacons, Weights};
 use super::importance::{Beacon, NEAR, Profile};
 
-/// A node: an emitter, or two children that stand one after the other in the list of their level.
+/// A node: an emitter, or two children.
 #[derive(Clone, Debug)]
 struct EmitterNode {
     beacon: Beacon,
     content: Content,
-    /// Its leaves, as places in the order of the leaves.
+    /// Its leaves, as a range of indices in the order of the leaves.
     leaves: Range<u32>,
 }
 
@@ -29,30 +29,30 @@ enum Content {
     Children(u32, u32),
 }
 
-/// Of more emitters than this, groups count as near from this share on: a point amid thousands would open some of every size, and
-/// weighing them takes more time than the finer choice saves (docs/performance.md).
+/// With more emitters than `MANY`, groups count as near from the share `NEAR_OF_MANY` on. A point amid thousands of emitters would open
+/// groups of every size, and weighing them takes more time than the finer choice saves (docs/performance.md).
 const MANY: usize = 512;
 const NEAR_OF_MANY: f64 = 0.5;
 
-/// Few emitters that are weighed in the time in which a group is, about.
+/// About the number of emitters that `FewBeacons` weighs in the time of one group.
 const WEIGHED_AT_A_TIME: usize = 4;
 
-/// A sum that has shrunk to this share of what it was is nothing but rounding.
+/// A sum that has shrunk to this share of its original value is only rounding error.
 const ROUNDING: f64 = 1e-13;
 
-/// What lies open to choices at one point, and room for it, so that choosing allocates nothing.
+/// The groups that are available for choices at one point, with reusable storage, so that choosing allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Cut {
     open: Vec<u32>,
     groups: Vec<NodeGroup>,
-    /// Of few emitters.
+    /// Weights, where the emitters are few.
     weights: Weights,
-    /// Groups and emitters that were weighed so far, for all choices that it served.
+    /// Number of groups and emitters weighed so far, for all choices made with this cut.
     pub weighed: u64,
 }
 
 impl Cut {
-    /// Importance of all groups together.
+    /// Returns the importance of all groups together.
     fn total(&self) -> f64 {
         self.groups.last().map_or(0.0, |group| group.cumulative)
     }
@@ -64,7 +64,7 @@ struct NodeGroup {
     cumulative: f64,
 }
 
-/// A node in the order of what it may bring.
+/// A node, ordered by its importance.
 #[derive(Clone, Copy, Debug)]
 struct WeighedNode {
     importance: f64,
@@ -91,22 +91,22 @@ impl PartialEq for WeighedNode {
 
 impl Eq for WeighedNode {}
 
-/// Emitters in a binary tree by place.
+/// Emitters in a binary tree by position.
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTree {
     nodes: Vec<EmitterNode>,
-    /// Place of every emitter in the order of the leaves.
+    /// Index of every emitter in the order of the leaves.
     place_of: Vec<u32>,
     /// Groups with a radius above this share of their distance are opened.
     near: f64,
-    /// The emitters side by side, where they are few.
+    /// The emitters in blocks, where they are few.
     few: Option<FewBeacons>,
 }
 
-/// Groups that stand open at a time while emitters are shown in their order, about.
+/// About the largest number of groups that are open at a time while `strongest_first` shows the emitters.
 const MOST_OPEN: usize = 4096;
-/// Groups that are opened in vain, one after the other, before the rest is taken to bring nothing: all of a million luminaires may
-/// shine away from a point, and groups of them only just not.
+/// Number of groups opened in a row without finding light, after which the rest is assumed to give none. All of a million luminaires may
+/// shine away from a point, while the bounds of their groups are just above 0.
 const MOST_IN_VAIN: usize = 16_384;
 
 impl EmitterTree {
@@ -122,8 +122,8 @@ impl EmitterTree {
         })
     }
 
-    /// Adds the subtree over `order`, whose leaves start at a place, and returns its root's number; children come
-    /// before their parent.
+    /// Adds the subtree over `order`, whose first leaf has the index `place`. Returns the number of its root. Children come before their
+    /// parent.
     fn build(&mut self, beacons: &[&Beacon], order: &mut [u32], place: u32) -> u32 {
         let leaves = place..place + order.len() as u32;
         if let [only] = order {
@@ -137,7 +137,7 @@ impl EmitterTree {
         let high = centers.fold(DVec3::NEG_INFINITY, DVec3::max);
         let axis = (high - low).max_position();
         let at = |index: &u32| beacons[*index as usize].center_m[axis];
-        // No two are equal, so that this makes the very halves that sorting would.
+        // No two keys are equal, so this gives the same halves as sorting.
         order.select_nth_unstable_by(order.len() / 2, |a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
         let (first, second) = order.split_at_mut(order.len() / 2);
         let middle = place + first.len() as u32;
@@ -147,8 +147,8 @@ impl EmitterTree {
         self.nodes.len() as u32 - 1
     }
 
-    /// Chooses an emitter by a variate in [0, 1), at the point and normal for which `cut` was opened; returns it with the
-    /// probability of the choice, or `None` where the way down ends at emitters that bring nothing.
+    /// Chooses an emitter by a variate in [0, 1), at the point and normal for which `cut` was opened. Returns it with the probability of
+    /// the choice, or `None` where the descent ends at emitters that give no light.
     pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
         if let Some(few) = &self.few {
             return few.choose(variate, &cut.weights);
@@ -168,7 +168,7 @@ impl EmitterTree {
         self.descend(cut.groups[chosen].node, point_m, normal, rest, importance / total)
     }
 
-    /// Probability with which [`EmitterTree::choose`] chooses an emitter, at the point and normal for which `cut` was opened.
+    /// Returns the probability with which [`EmitterTree::choose`] chooses an emitter, at the point and normal for which `cut` was opened.
     pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
         if let Some(few) = &self.few {
             return few.probability(emitter, &cut.weights);
@@ -202,9 +202,9 @@ impl EmitterTree {
         0.0
     }
 
-    /// Shows the emitters that may bring something to a point, strong ones about first, until `show` wants no more or very many
-    /// groups have held none: each with its importance and that of all that have not been shown. Returns how many emitters and groups
-    /// it has looked into.
+    /// Shows the emitters that may light a point, roughly the strongest first, each with its importance and the importance of all emitters
+    /// not yet shown. Ends when `show` returns `false` or when very many groups in a row contain no light. Returns the number of emitters
+    /// and groups that it examined.
     pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) -> usize {
         let weighed =
             |node: u32| WeighedNode { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
@@ -216,7 +216,7 @@ impl EmitterTree {
             if in_vain > MOST_IN_VAIN {
                 break;
             }
-            // Of very many groups not all are opened before the first emitter is shown.
+            // With very many open groups, it does not open all of them before it shows the first emitter.
             while open.len() > MOST_OPEN
                 && let Content::Children(left, right) = self.nodes[strongest.node as usize].content
             {
@@ -250,8 +250,8 @@ impl EmitterTree {
         looked_into
     }
 
-    /// Makes `cut` ready for any number of choices at a point with a unit normal: lists the groups that stand far enough to
-    /// be judged as one, with their running sum of importance; of few emitters, all.
+    /// Prepares `cut` for any number of choices at a point with a unit normal. It lists the groups that are far enough to be treated as one
+    /// emitter, with the running sum of their importances. Where the emitters are few, it weighs all of them.
     pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
         if let Some(few) = &self.few {
             cut.weighed += few.len().div_ceil(WEIGHED_AT_A_TIME) as u64;
@@ -309,7 +309,7 @@ impl EmitterTree {
     }
 }
 
-/// A beacon that stands for two others: a ball about both, with a common profile if they aim alike.
+/// Returns a beacon that replaces two others: a ball around both, with a common profile if they aim alike.
 fn joined(first: &Beacon, second: &Beacon) -> Beacon {
     let between = second.center_m - first.center_m;
     let distance = between.length();
@@ -365,8 +365,8 @@ mod tests {
         choices_are_as_told(MANY as i32 + 100);
     }
 
-    /// 90,000 luminaires that shine down are next to nothing to a ceiling above them, group by group: the search gives up. From below the
-    /// strongest are found at once, and it ends with them.
+    /// 90,000 downward luminaires give a ceiling above them almost no light in every group, so the search gives up. From below, the search
+    /// finds the strongest at once and ends with them.
     #[test]
     fn a_search_among_many_that_shine_away_ends() {
         let downward = |i: i32| Beacon {
@@ -412,7 +412,7 @@ mod tests {
             }
             let total: f64 = beacons.iter().map(|beacon| beacon.importance(point, normal)).sum();
             for (emitter, beacon) in beacons.iter().enumerate() {
-                // The variates are equidistant: a share is met within a few of them.
+                // The variates are equidistant, so each share is exact to within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
                 assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
                 let asked = tree.probability(emitter as u32, point, normal, &cut);

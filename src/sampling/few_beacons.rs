@@ -1,59 +1,59 @@
-//! Few emitters: every one is weighed for every choice, eight at a time, which takes less time than to go down a tree.
+//! Choice among few emitters: every one is weighed for every choice, eight at a time, which is faster than descending a tree.
 //!
-//! Weights are those of [`Beacon::importance`] in single precision: they decide how often an emitter is looked at, and the probability of
-//! a choice is that of the weights that were used, so that no result leans on their digits.
+//! Weights are those of [`Beacon::importance`] in single precision. They only decide how often an emitter is sampled. The probability of a
+//! choice is computed from the same weights, so no result depends on their precision.
 
 use glam::{DVec3, Vec3};
 
 use super::importance::{Beacon, Profile};
 
-/// Weighed at a time.
+/// Number of beacons that are weighed at a time.
 const LANES: usize = 8;
-/// Beacons that are few: of more, the tree takes less time.
+/// Largest number of beacons that count as few. With more, the tree takes less time.
 const MOST: usize = 256;
-/// Coordinates about the middle, and intensities, that single precision holds with all that is made of them.
+/// Limits of coordinates about the centre and of intensities. Below them, all derived values fit in single precision.
 const LARGEST_M: f64 = 1e8;
 const LARGEST_CD: f64 = 1e20;
-/// Squared distance in m² below which none is told from another: intensities over it stay finite.
+/// Squared distances in m² below this are raised to it, so that intensities divided by them stay finite.
 const LEAST_SQUARED_M2: f32 = 1e-16;
-/// Digits of single precision as a share of the largest coordinate: radii grow by so much, so that no emitter that stands just above the
-/// horizon is taken to stand below.
+/// Rounding of single precision as a share of the largest coordinate. Radii grow by this, so that an emitter just above the horizon is
+/// never taken to be below it.
 const ROUNDING: f64 = 4e-7;
 
-/// Beacons side by side, eight to a block. They follow each other from block to block, and after the last block in the next lane: so sums
-/// of lanes, which eight additions at a time make, are sums of runs of beacons.
+/// Beacons in blocks of eight. Successive beacons go from block to block, and after the last block to the next lane. The sums of the lanes,
+/// made by eight additions at a time, are therefore sums of runs of successive beacons.
 #[derive(Clone, Debug)]
 pub(super) struct FewBeacons {
-    /// Of which the coordinates count.
+    /// Origin of the coordinates.
     middle_m: DVec3,
     blocks: Vec<BeaconBlock>,
-    /// Of each beacon: its emitter.
+    /// The emitter of each beacon.
     emitters: Vec<u32>,
-    /// Of each emitter: its first beacon; and the number of all.
+    /// The first beacon of each emitter; at the end the number of all beacons.
     firsts: Vec<u32>,
-    /// Beacons whose profile is a table: their blocks, lanes and profiles, block by block.
+    /// Beacons whose profile is a table: block, lane and profile, ordered by block.
     tables: Vec<(usize, usize, Profile)>,
     #[cfg(target_arch = "x86_64")]
     has_avx2: bool,
 }
 
-/// Eight beacons, in m about the middle and cd.
+/// Eight beacons, in m relative to the centre, and in cd.
 #[derive(Clone, Copy, Debug, Default)]
 struct BeaconBlock {
     center: [[f32; LANES]; 3],
     axis: [[f32; LANES]; 3],
     radius: [f32; LANES],
-    /// The largest 1/d² that counts: that of the radius without what rounding asks for.
+    /// Largest 1/d² that is used: that of the radius without the margin for rounding.
     most_per_m2: [f32; LANES],
     intensity: [f32; LANES],
-    /// 1 where the intensity does not fall with the angle from the axis, or a table tells how; else 0.
+    /// 1 where the intensity is independent of the angle from the axis or given by a table; otherwise 0.
     is_even: [f32; LANES],
 }
 
-/// Weights of all at one place, and room for them.
+/// Weights of all beacons at one point, with reusable storage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Weights {
-    /// Block by block.
+    /// Weights by block.
     eights: Vec<[f32; LANES]>,
     /// Sum of each lane.
     lanes: [f64; LANES],
@@ -61,7 +61,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// The weights from a beacon on.
+    /// Returns the weights from a beacon on.
     #[inline]
     fn starting_at(&self, place: usize) -> impl Iterator<Item = f64> {
         let blocks = self.eights.len();
@@ -76,8 +76,9 @@ impl Weights {
         })
     }
 
-    /// The beacon at which the running sum passes an aim below the total; where rounding lets it fall short, the last one with a weight.
-    /// Lanes and blocks are counted to the end, since no branch could foretell where the sum passes.
+    /// Returns the beacon at which the running sum exceeds `aim`, which is below the total. If rounding leaves the sum too small, it
+    /// returns the last beacon with a weight. Lanes and blocks are counted to the end, because a branch on the position would be
+    /// mispredicted.
     fn place_at(&self, aim: f64) -> Option<usize> {
         let (lane, before) = passed(self.lanes, aim);
         if lane < LANES {
@@ -91,7 +92,7 @@ impl Weights {
     }
 }
 
-/// How many numbers a running sum takes up before it passes an aim, and their sum.
+/// Returns how many numbers a running sum includes before it exceeds an aim, and their sum.
 #[inline(always)]
 fn passed(numbers: impl IntoIterator<Item = f64>, aim: f64) -> (usize, f64) {
     let (mut count, mut sum, mut before) = (0, 0.0, 0.0);
@@ -103,11 +104,11 @@ fn passed(numbers: impl IntoIterator<Item = f64>, aim: f64) -> (usize, f64) {
     (count, before)
 }
 
-/// Weights of a block, and cos γ as far as each beacon's extent lets it reach.
+/// Weights of a block, and the largest cos γ that each beacon's extent allows.
 type Weighed = [[f32; LANES]; 2];
 
 impl FewBeacons {
-    /// Beacons of emitters, each with its parts if it has some; `None` where they are many, or single precision does not hold them.
+    /// Makes the beacons of emitters, each with its parts if it has any. `None` if they are too many or exceed single precision.
     pub fn of(beacons: &[&Beacon]) -> Option<FewBeacons> {
         let parts = |beacon: &'_ Beacon| beacon.parts.len().max(1);
         let count: usize = beacons.iter().map(|beacon| parts(beacon)).sum();
@@ -161,12 +162,12 @@ impl FewBeacons {
         self.emitters.push(emitter);
     }
 
-    /// How many there are, parts of emitters by themselves.
+    /// Returns the number of beacons; parts of an emitter count separately.
     pub fn len(&self) -> usize {
         self.emitters.len()
     }
 
-    /// Weighs all at a point with a unit normal.
+    /// Computes the weights of all beacons at a point with a unit normal.
     #[inline]
     pub fn weigh(&self, point_m: DVec3, normal: DVec3, weights: &mut Weights) {
         let (point, normal) = ((point_m - self.middle_m).as_vec3(), normal.as_vec3());
@@ -185,7 +186,7 @@ impl FewBeacons {
         self.weigh_all(point, normal, weights);
     }
 
-    /// Weighs all, and sums up.
+    /// Computes all weights and their sums.
     #[inline(always)]
     fn weigh_all(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
         let mut tables = self.tables.as_slice();
@@ -210,7 +211,7 @@ impl FewBeacons {
         weights.total = ((a + e) + (b + f)) + ((c + g) + (d + h));
     }
 
-    /// Chooses an emitter by a variate in [0, 1) and what [`FewBeacons::weigh`] found; with the probability of the choice.
+    /// Chooses an emitter by a variate in [0, 1) from the weights of [`FewBeacons::weigh`]. Returns it with the probability of the choice.
     pub fn choose(&self, variate: f64, weights: &Weights) -> Option<(u32, f64)> {
         if weights.total <= 0.0 {
             return None;
@@ -219,7 +220,7 @@ impl FewBeacons {
         Some((emitter, self.probability(emitter, weights)))
     }
 
-    /// Probability with which [`FewBeacons::choose`] chooses an emitter.
+    /// Returns the probability with which [`FewBeacons::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32, weights: &Weights) -> f64 {
         let [first, end] = [0, 1].map(|next| self.firsts[emitter as usize + next] as usize);
         let weight: f64 = weights.starting_at(first).take(end - first).sum();
@@ -228,7 +229,7 @@ impl FewBeacons {
 }
 
 impl BeaconBlock {
-    /// The weights of all eight: see [`Beacon::importance`].
+    /// Returns the weights of all eight: see [`Beacon::importance`].
     #[inline(always)]
     fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {
         let [mut weights, mut cosines] = [[0.0; LANES]; 2];
@@ -238,7 +239,7 @@ impl BeaconBlock {
             let squared = larger(dot(offset), LEAST_SQUARED_M2);
             let inverse = 1.0 / squared.sqrt();
             let spread = self.radius[lane] * inverse;
-            // Within the ball it can stand anywhere above the horizon.
+            // For a point inside the ball, the emitter can be anywhere above the horizon.
             let within = if spread >= 1.0 { 1.0 } else { 0.0 };
             let at_receiver = larger((dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0), within);
             let cosine = spread - dot([0, 1, 2].map(|axis| self.axis[axis][lane])) * inverse;
@@ -253,7 +254,7 @@ impl BeaconBlock {
     }
 }
 
-/// The larger one, in one instruction, since none is not a number.
+/// Returns the larger one in one instruction, because neither is a NaN.
 #[inline(always)]
 fn larger(one: f32, other: f32) -> f32 {
     if one > other { one } else { other }
@@ -265,8 +266,8 @@ mod tests {
 
     use super::*;
 
-    /// 37 beacons, some in parts, about points near and far: weights are the importances to 1e-4 and what rounding adds to the radii,
-    /// choices come as often as told, and the portable way says the same bytes.
+    /// 37 beacons, some in parts, at points near and far. Weights equal the importances to 1e-4 plus the effect of the enlarged radii.
+    /// Choices occur with the stated probabilities. The portable version gives the same bytes.
     #[test]
     fn weights_are_importances_and_choices_are_as_told() {
         const N: u32 = 400_000;
@@ -310,11 +311,11 @@ mod tests {
             for (emitter, beacon) in beacons.iter().enumerate() {
                 let probability = few.probability(emitter as u32, &weights);
                 let exact = importance(beacon);
-                // What rounding adds to a radius may lift it over the horizon: I/d² times a millionth of the scene's size over d.
+                // The rounding added to a radius may lift a beacon over the horizon: I/d² times a millionth of the scene's size over d.
                 let lifted = 1e-5 * beacon.intensity_cd / beacon.center_m.distance(point_m).powi(3);
                 assert!((probability * weights.total - exact).abs() < 1e-4 * exact + lifted, "{emitter}");
                 assert!(exact == 0.0 || probability > 0.0, "emitter {emitter} is never chosen");
-                // The variates are equidistant: a share is met within a few of them.
+                // The variates are equidistant, so each share is exact to within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
                 assert!((share - probability).abs() < 8.0 / f64::from(N), "{emitter}: {share} {probability}");
             }

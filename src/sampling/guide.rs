@@ -1,29 +1,29 @@
-//! First directions drawn more often where light comes from.
+//! First directions of rays, drawn more often where light comes from.
 //!
-//! A direction of a hemisphere is two variates in a square. The square has equal bins; a density over them, learned from
-//! samples, warps variates so that bins of large scores are met more often, and a sample weighs one over its density. A share
-//! of all samples stays even, so that no weight exceeds one over that share, whatever was learned.
+//! A direction of a hemisphere corresponds to two variates in a square. The square has equal bins. A density over the bins, learned from
+//! samples, warps the variates so that bins with large scores are drawn more often. Each sample is weighted by one over its density. A
+//! share of all samples stays uniform, so no weight exceeds one over that share, whatever was learned.
 
 use serde::{Deserialize, Serialize};
 
-/// Bins along either side of the square.
+/// Number of bins along each side of the square.
 const ACROSS: usize = 8;
-/// Bins.
+/// Number of bins.
 pub const BINS: usize = ACROSS * ACROSS;
-/// Share of samples that stay even.
+/// Share of samples that stay uniform.
 const EVEN: f64 = 0.25;
 
 /// A density over the bins of the unit square.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Density {
-    /// Probability of all columns up to and including each.
+    /// Cumulative probability of the columns.
     columns: [f64; ACROSS],
-    /// The same of the bins of each column.
+    /// Cumulative probability of the bins of each column.
     rows: [[f64; ACROSS]; ACROSS],
 }
 
 impl Density {
-    /// The density in proportion to what each bin is worth, beside the even share; `None` where no bin is worth anything.
+    /// Makes the density in proportion to the worth of each bin, plus the uniform share. `None` if no bin is worth anything.
     pub fn of(worth: &[f64; BINS]) -> Option<Density> {
         let total: f64 = worth.iter().sum();
         if !(total.is_finite() && total > 0.0) {
@@ -36,7 +36,7 @@ impl Density {
         Some(Density { columns, rows })
     }
 
-    /// Two variates in [0, 1) warped to the density, and the weight of the sample.
+    /// Warps two variates in [0, 1) to the density, and returns them with the weight of the sample.
     #[inline]
     pub fn warp(&self, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let (column, across, u) = place(&self.columns, u);
@@ -44,20 +44,20 @@ impl Density {
         ([u, v], 1.0 / (BINS as f64 * across * along))
     }
 
-    /// The weight of samples in a bin.
+    /// Returns the weight of samples in a bin.
     #[inline]
     pub fn weight(&self, bin: usize) -> f64 {
         let (column, row) = (bin / ACROSS, bin % ACROSS);
         1.0 / (BINS as f64 * length(&self.columns, column) * length(&self.rows[column], row))
     }
 
-    /// Second moment of the weighted scores over that of even ones, where those of bins are given.
+    /// Returns the second moment of the weighted scores, as a ratio to that of uniform samples, from the second moments in the bins.
     pub fn second_moment(&self, squares: &[f64; BINS]) -> f64 {
         (0..BINS).map(|bin| squares[bin] * self.weight(bin)).sum::<f64>() / BINS as f64
     }
 }
 
-/// The bin of a place in the square.
+/// Returns the bin of a point of the square.
 #[inline]
 pub fn bin_of([u, v]: [f64; 2]) -> usize {
     let step = |at: f64| ((at * ACROSS as f64) as usize).min(ACROSS - 1);
@@ -80,7 +80,7 @@ fn length(cumulative: &[f64; ACROSS], index: usize) -> f64 {
     cumulative[index] - if index == 0 { 0.0 } else { cumulative[index - 1] }
 }
 
-/// The part in which a variate lies, its probability, and where in the whole it comes to lie.
+/// Returns the part that contains a variate, its probability, and the variate's position after the warp.
 #[inline]
 fn place(cumulative: &[f64; ACROSS], at: f64) -> (usize, f64, f64) {
     let index = cumulative.iter().take(ACROSS - 1).filter(|sum| **sum <= at).count();
@@ -93,14 +93,15 @@ fn place(cumulative: &[f64; ACROSS], at: f64) -> (usize, f64, f64) {
 mod tests {
     use super::*;
 
-    /// Ten times as much in one bin as in all others together.
+    /// A skewed distribution: one bin has ten times as much as all others together.
     fn lopsided() -> [f64; BINS] {
         std::array::from_fn(|bin| if bin == 19 { 10.0 } else { 1.0 / 63.0 })
     }
 
     #[test]
     fn warped_samples_fill_the_square_in_proportion_and_weigh_it_evenly() {
-        // 2¹⁸ points of a golden lattice: the weights in every bin sum to 1/64 of all, and the bin of worth has its share of samples.
+        // 2¹⁸ points of a golden lattice. The weights in every bin sum to 1/64 of all, and the bin of high worth gets its share of the
+        // samples.
         let density = Density::of(&lopsided()).expect("worth something");
         const STEPS: usize = 512;
         let (mut weights, mut counts) = ([0.0; BINS], [0usize; BINS]);

@@ -1,4 +1,4 @@
-//! How much an emitter matters at a point, cheaply: a choice among many emitters asks all of them.
+//! A cheap measure of how much an emitter matters at a point. A choice among many emitters evaluates it for all of them.
 
 use std::sync::Arc;
 
@@ -8,16 +8,16 @@ use crate::scene::photometry::IntensityWeb;
 
 /// Steps of cos γ in the table of a photometric distribution.
 const PROFILE_STEPS: usize = 64;
-/// Directions looked at within each step: so many in γ, and so many planes.
+/// Directions that are evaluated within each step of cos γ: this number of γ values in this number of planes.
 const LOOKS_IN_GAMMA: usize = 5;
 const LOOKS_IN_C: usize = 72;
 
-/// A beacon is near while its radius is more than this share of its distance.
+/// A beacon is near if its radius is more than this share of its distance.
 pub const NEAR: f64 = 0.25;
-/// Cosine between axes above which two emitters aim alike.
+/// Two emitters aim alike if the cosine between their axes is above this.
 const ALIKE: f64 = 0.999;
 
-/// An emitter reduced to a ball with an axis: an upper bound, within a small factor, of what it brings to a point.
+/// An emitter reduced to a ball with an axis. It bounds the illuminance at a point from above, within a small factor.
 #[derive(Clone, Debug)]
 pub(super) struct Beacon {
     pub center_m: DVec3,
@@ -26,23 +26,24 @@ pub(super) struct Beacon {
     /// Intensity in cd that the profile multiplies.
     pub intensity_cd: f64,
     pub profile: Profile,
-    /// The parts that it is weighed by near by, if it fills so little of its ball that this says too little there.
+    /// Smaller beacons that replace this one at near points. Used for an emitter that fills little of its ball, where the ball alone is a
+    /// poor bound.
     pub parts: Arc<[Beacon]>,
 }
 
 /// How intensity depends on the angle from the axis.
 #[derive(Clone, Debug)]
 pub(super) enum Profile {
-    /// Not at all.
+    /// Intensity does not depend on the angle.
     Uniform,
-    /// As its cosine, raised by what the emitter's own extent allows.
+    /// Intensity follows the cosine, raised to allow for the emitter's own extent.
     Cosine,
-    /// As a table over equal steps of cos γ from −1 to 1 says: the largest value over all planes.
+    /// A table over equal steps of cos γ from −1 to 1. Each entry is the largest value over all planes.
     Table(Arc<[f64; PROFILE_STEPS]>),
 }
 
 impl Profile {
-    /// Table of a distribution: its largest intensity in each step of cos γ, in cd.
+    /// Makes the table of a distribution: its largest intensity in each step of cos γ, in cd.
     pub fn of(web: &IntensityWeb) -> Profile {
         let local = [DVec3::X, DVec3::Y, DVec3::Z];
         let mut table = [0.0f64; PROFILE_STEPS];
@@ -57,13 +58,13 @@ impl Profile {
                 }
             }
         }
-        // A floor keeps directions that fell between the looks: they are then rare, not impossible.
+        // A floor for directions between the evaluated ones: they become rare instead of impossible.
         let floor = 1e-3 * table.iter().copied().fold(0.0, f64::max);
         table.iter_mut().for_each(|intensity| *intensity = intensity.max(floor));
         Profile::Table(Arc::new(table))
     }
 
-    /// What it multiplies the intensity by at a cosine up to 1 from the axis, as far as the emitter's extent lets it reach.
+    /// Returns the factor on the intensity at a cosine from the axis. The caller has raised the cosine, up to 1, for the emitter's extent.
     #[inline]
     pub fn at(&self, cosine: f64) -> f64 {
         match self {
@@ -85,19 +86,19 @@ impl Beacon {
         }
     }
 
-    /// Whether a point is so near, for the beacon's size, that its importance there says little.
+    /// Whether a point is near relative to the beacon's size, so that the importance of the whole ball is a poor measure there.
     #[inline]
     pub fn is_near(&self, point_m: DVec3) -> bool {
         self.spans(point_m, NEAR)
     }
 
-    /// Whether its radius is more than a share of a point's distance.
+    /// Whether the radius is more than this share of the distance to a point.
     #[inline]
     pub fn spans(&self, point_m: DVec3, share: f64) -> bool {
         self.center_m.distance_squared(point_m) * share * share < self.radius_m * self.radius_m
     }
 
-    /// Intensity and profile that stand for this and another beacon together, if they aim and shine alike.
+    /// Returns intensity and profile of one beacon that replaces this and another one, if both aim alike and have the same kind of profile.
     pub fn profile_with(&self, other: &Beacon) -> Option<(f64, Profile)> {
         if self.axis.dot(other.axis) < ALIKE {
             return None;
@@ -116,7 +117,7 @@ impl Beacon {
         }
     }
 
-    /// Importance at a point with a unit normal, in lx: 0 only where the emitter brings nothing.
+    /// Returns the importance at a point with a unit normal, in lx. It is 0 only where the emitter gives no light.
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
         if self.parts.is_empty() || !self.is_near(point_m) {
@@ -130,9 +131,9 @@ impl Beacon {
         let offset = self.center_m - point_m;
         let distance_squared = offset.length_squared().max(f64::MIN_POSITIVE);
         let inverse = 1.0 / distance_squared.sqrt();
-        // Tilting by the angle that the radius spans can raise a cosine by no more than radius/distance.
+        // Tilting by the angle that the radius covers raises a cosine by at most radius/distance.
         let spread = (self.radius_m * inverse).min(1.0);
-        // Within the ball it can stand anywhere above the horizon.
+        // For a point inside the ball, the emitter can be anywhere above the horizon.
         let is_within = spread >= 1.0;
         let at_receiver = if is_within { 1.0 } else { (offset.dot(normal) * inverse + spread).min(1.0) };
         if at_receiver <= 0.0 {

@@ -1,4 +1,4 @@
-//! Random streams, warps, and for every luminaire and material the four faces sample, pdf, eval and total.
+//! Random streams, warps, and the four functions sample, pdf, eval and total of every luminaire and material.
 
 pub mod beam;
 pub mod emitter;

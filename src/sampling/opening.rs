@@ -1,6 +1,6 @@
-//! Points of a luminous opening. The light of a direction leaves what faces that direction, in proportion to projected area:
-//! I(ω) (n·ω)⁺ dA/A_projected(ω), so that the far field is the file's, and a box sends nothing through itself
-//! (docs/methods.md (17)).
+//! Points of a luminous opening. The light of a direction leaves the parts that face that direction, in proportion to projected area: I(ω)
+//! (n·ω)⁺ dA/A_projected(ω). Then the far field equals the photometric file, and a box sends no light through itself (docs/methods.md
+//! (17)).
 
 mod seen;
 #[cfg(test)]
@@ -16,26 +16,26 @@ use super::warp::{sin_cos_of_turns, tangents, uniform_sphere};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::scene::photometry::Opening;
 
-/// Steps of the sum over an ellipse that gives its perimeter: for a periodic function more than exact enough.
+/// Steps of the sum that gives the perimeter of an ellipse. For a periodic function this is more than exact enough.
 const PERIMETER_STEPS: usize = 256;
-/// Draws that thinning may take: the speeds along an ellipse and over an ellipsoid of sides 1 : 100 keep 1 in 64 or
-/// more on average.
+/// Largest number of draws of a rejection loop. For an ellipse or an ellipsoid with sides 1 : 100, at least 1 draw in 64 is kept on
+/// average.
 const MOST_DRAWS: u32 = 20_000;
-/// A rectangle nearer than this, over half its diagonal, is looked at by solid angle as well as by area.
+/// For a rectangle nearer than this, over half its diagonal, light samples are drawn by solid angle as well as by area.
 const NEAR: f64 = 6.0;
-/// Share of those looks that go by solid angle.
+/// Share of these light samples that are drawn by solid angle.
 const BY_SOLID_ANGLE: f64 = 0.9;
 
 /// A point of a luminous opening.
 #[derive(Clone, Copy, Debug)]
 pub struct OpeningPoint {
-    /// Where it is, in m.
+    /// Position in m.
     pub position_m: DVec3,
-    /// Unit normal of a solid's surface there, outward; none where the opening is flat, and shows all of itself or nothing.
+    /// Outward unit normal of a solid's surface at the point. `None` for a flat opening, which shows either all of itself or nothing.
     pub face: Option<DVec3>,
 }
 
-/// A luminous opening in its place.
+/// A luminous opening at its position in the scene.
 #[derive(Clone, Debug)]
 pub struct Aperture {
     center_m: DVec3,
@@ -44,7 +44,7 @@ pub struct Aperture {
     surface_m2: f64,
 }
 
-/// Vectors from the middle to the rim, in m.
+/// Shapes by their vectors from the centre to the rim, in m.
 #[derive(Clone, Copy, Debug)]
 enum ApertureShape {
     /// A parallelogram.
@@ -60,7 +60,7 @@ enum ApertureShape {
 }
 
 impl Aperture {
-    /// Puts an opening in its place; `frame` holds the unit vectors of C0, C90 and γ = 0. `None` for one without extent.
+    /// Places an opening in the scene. `frame` holds the unit vectors of C0, C90 and γ = 0. `None` for an opening without extent.
     pub fn new(opening: &Opening, center_m: DVec3, frame: &[DVec3; 3]) -> Option<Aperture> {
         let [c0, c90, axis] = *frame;
         let half = |extent_m: f64, along: DVec3| 0.5 * extent_m * along;
@@ -112,7 +112,7 @@ impl Aperture {
         }
     }
 
-    /// Half of a length that holds it along a unit direction, about its centre, in m.
+    /// Returns half of the length along a unit direction that contains the opening, about its centre, in m.
     pub fn half_extent_m(&self, along: DVec3) -> f64 {
         let reach_m = |half: &[DVec3]| half.iter().map(|half| half.dot(along).abs()).sum();
         match &self.shape {
@@ -123,7 +123,7 @@ impl Aperture {
         }
     }
 
-    /// A point drawn uniformly over the opening's surface.
+    /// Draws a point uniformly over the opening's surface.
     pub fn draw(&self, stream: &mut Stream) -> OpeningPoint {
         match &self.shape {
             ApertureShape::Flat(half) => self.flat(draw_flat(half, stream)),
@@ -147,7 +147,7 @@ impl Aperture {
         }
     }
 
-    /// A point drawn uniformly over what the opening shows in a direction in which it shines.
+    /// Draws a point uniformly over the projected area that the opening shows in a direction of emission.
     pub fn draw_towards(&self, direction: DVec3, stream: &mut Stream) -> OpeningPoint {
         let facing = |axis: DVec3| if axis.dot(direction) < 0.0 { -1.0 } else { 1.0 };
         match &self.shape {
@@ -155,7 +155,7 @@ impl Aperture {
             ApertureShape::Box(half @ [a, b, c]) => {
                 let shown = [b.cross(*c), c.cross(*a), a.cross(*b)].map(|face| face.dot(direction).abs());
                 let fixed = pick(shown, stream);
-                // Where an axis has no length its faces are the plane of the others.
+                // Where an axis has zero length, its faces lie in the plane of the other two axes.
                 let normal = half[(fixed + 1) % 3].cross(half[(fixed + 2) % 3]);
                 let outward = if normal.dot(half[fixed]) < 0.0 { -normal } else { normal };
                 self.on_face(half, fixed, facing(outward), stream)
@@ -165,7 +165,7 @@ impl Aperture {
                 let [across_a, across_b] = barrel_faces(half).map(|face| face.dot(direction));
                 let barrel = 4.0 * across_a.hypot(across_b);
                 if stream.unit() * (ends + barrel) < barrel {
-                    // (n·ω)⁺ goes with the cosine of the turn from where the barrel faces the direction most.
+                    // (n·ω)⁺ follows the cosine of the turn, counted from where the barrel faces the direction most.
                     let [u, v] = stream.pair();
                     let turn = across_b.atan2(across_a) + (2.0 * u - 1.0).asin();
                     self.on_barrel_at(half, turn, v)
@@ -175,7 +175,7 @@ impl Aperture {
                 }
             }
             ApertureShape::Ellipsoid(half) => {
-                // In units of the half axes it is a ball, of which half is seen, by its disk.
+                // In units of the half axes the ellipsoid is a ball. One half of it is visible and is drawn by its disk.
                 let scaled = half.map(|axis| axis.dot(direction) / axis.length_squared().max(f64::MIN_POSITIVE));
                 let towards = DVec3::from(scaled).normalize_or(DVec3::Z);
                 let [one, other] = tangents(towards);
@@ -187,7 +187,7 @@ impl Aperture {
         }
     }
 
-    /// What a point that was drawn uniformly over the surface sends in a direction, over the mean of all points.
+    /// Returns how much a uniformly drawn surface point sends in a direction, relative to the mean of all points.
     pub fn share_towards(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
         let Some(face) = point.face else {
             return 1.0;
@@ -204,7 +204,7 @@ impl Aperture {
         OpeningPoint { position_m: self.center_m + offset_m, face: outward.try_normalize() }
     }
 
-    /// A point of the face of a box at an end of one of its axes.
+    /// Draws a point on one face of a box. `fixed` is the axis of the face and `end` is −1 or 1.
     fn on_face(&self, half: &[DVec3; 3], fixed: usize, end: f64, stream: &mut Stream) -> OpeningPoint {
         let (one, other) = (half[(fixed + 1) % 3], half[(fixed + 2) % 3]);
         let normal = one.cross(other);
@@ -217,7 +217,7 @@ impl Aperture {
         self.on_barrel_at(half, turn, along)
     }
 
-    /// The point of a barrel at a turn from its first axis in radians, and at a share of its length.
+    /// Returns the point of a barrel at a turn in radians from its first axis and at a share of its length.
     fn on_barrel_at(&self, half: &[DVec3; 3], turn: f64, along: f64) -> OpeningPoint {
         let [a, b, axis] = *half;
         let (sin, cos) = turn.sin_cos();
@@ -225,7 +225,7 @@ impl Aperture {
         self.solid(cos * a + sin * b + (2.0 * along - 1.0) * axis, cos * across_a + sin * across_b)
     }
 
-    /// The point of an ellipsoid that lies where a point of the unit ball does, in units of its half axes.
+    /// Returns the point of an ellipsoid that corresponds to a point of the unit ball, in units of the half axes.
     fn on_ellipsoid(&self, half: &[DVec3; 3], on_ball: DVec3) -> OpeningPoint {
         let shares = on_ball.to_array();
         let offset_m = (0..3).map(|axis| shares[axis] * half[axis]).sum();
@@ -233,13 +233,13 @@ impl Aperture {
         self.solid(offset_m, outward)
     }
 
-    /// One look from a point with a unit normal: a point of the opening, and the illuminance in lx of which the mean
-    /// over all looks is what the opening brings unshadowed; `intensity_cd` tells the intensity towards a direction.
+    /// Draws one light sample from a point with a unit normal: illuminance in lx and the point of the opening. The mean over all samples is
+    /// the unshadowed illuminance from the opening. `intensity_cd` returns the intensity towards a direction.
     ///
-    /// Of a flat opening the score by area is I cos θ/d²; of a solid one points are drawn as they are shown to where the
-    /// point lies from the middle, and count by how they are shown to the point. A near rectangle is looked at by projected
-    /// solid angle as well; the two are combined by their densities (Veach and Guibas 1995), so that near a rectangle that
-    /// shines by Lambert's law no score is far from the mean.
+    /// For a flat opening sampled by area, the score is I cos θ/d². For a solid opening, points are drawn by how they face the receiver's
+    /// direction from the centre. They are weighted by how they face the receiver itself. A near rectangle is sampled by projected solid
+    /// angle as well. The two are combined by their densities (Veach and Guibas 1995). Then near a Lambertian rectangle no score is far
+    /// from the mean.
     pub fn light_sample(
         &self,
         point_m: DVec3,
@@ -267,7 +267,7 @@ impl Aperture {
             let Some(face) = at.face else {
                 return score(at.position_m, &|_| 1.0);
             };
-            // What faces the point faces where it lies from the middle, too.
+            // A part that faces the receiver itself also faces the receiver's direction from the centre.
             let density = face.dot(towards) / self.projected_area_m2(towards);
             return score(at.position_m, &|shining| {
                 face.dot(shining).max(0.0) / (density * self.projected_area_m2(shining))
@@ -276,14 +276,14 @@ impl Aperture {
         let by_area = |stream: &mut Stream| self.draw(stream).position_m;
         let at_m = if stream.unit() < BY_SOLID_ANGLE { near.draw(normal, stream)? } else { by_area(stream) };
         let (lx, at_m) = score(at_m, &|_| 1.0)?;
-        // Density by solid angle over that by area: A cos θ cos θ′/(d² F), F the projected solid angle.
+        // Density by solid angle divided by the density by area: A cos θ cos θ′/(d² F), with F the projected solid angle.
         let offset_m = at_m - point_m;
         let cosines = offset_m.dot(normal) * offset_m.dot(near.face).abs();
         let ratio = near.area_m2 * cosines / (offset_m.length_squared().powi(2) * near.projected_sr);
         Some((lx / (1.0 - BY_SOLID_ANGLE + BY_SOLID_ANGLE * ratio), at_m))
     }
 
-    /// A rectangle that is near and partly above the horizon, as two triangles.
+    /// Returns a rectangle that is near and at least partly above the horizon, as two triangles.
     fn near_rectangle(&self, point_m: DVec3, normal: DVec3) -> Option<NearRectangle> {
         let ApertureShape::Flat([a, b]) = self.shape else {
             return None;
@@ -294,7 +294,7 @@ impl Aperture {
         if twice_quarter == DVec3::ZERO || offset_m.length_squared() > reach_m * reach_m {
             return None;
         }
-        // Counter-clockwise as the point sees it.
+        // The corners run counter-clockwise as seen from the point.
         let b = if offset_m.dot(twice_quarter) < 0.0 { b } else { -b };
         let corners_m = [-a - b, a - b, a + b, b - a].map(|corner| self.center_m + corner);
         let triangles_m = [[corners_m[0], corners_m[1], corners_m[2]], [corners_m[0], corners_m[2], corners_m[3]]];
@@ -311,7 +311,7 @@ impl Aperture {
     }
 }
 
-/// A rectangle as a point near it sees it.
+/// A rectangle as seen from a near point.
 struct NearRectangle {
     triangles: [[DVec3; 3]; 2],
     first_share: f64,
@@ -322,7 +322,7 @@ struct NearRectangle {
 }
 
 impl NearRectangle {
-    /// A point drawn in proportion to projected solid angle.
+    /// Draws a point in proportion to projected solid angle.
     fn draw(&self, normal: DVec3, stream: &mut Stream) -> Option<DVec3> {
         let corners = self.triangles[usize::from(stream.unit() >= self.first_share)];
         let (_, [u, v]) = RisenTriangle::new(corners, normal)?.draw(stream)?;
@@ -344,7 +344,7 @@ fn cylinder(half_axes_m: [DVec3; 3]) -> ApertureShape {
     ApertureShape::Cylinder { half_axes_m, barrel_share }
 }
 
-/// Area of a shape in m²; of a flat one that of one side.
+/// Returns the area of a shape in m²; for a flat shape, the area of one side.
 fn surface_m2(shape: &ApertureShape) -> f64 {
     match shape {
         ApertureShape::Flat([a, b]) => 4.0 * a.cross(*b).length(),
@@ -357,7 +357,7 @@ fn surface_m2(shape: &ApertureShape) -> f64 {
     }
 }
 
-/// One of three, in proportion to their weights.
+/// Chooses one of three in proportion to their weights.
 fn pick(weights: [f64; 3], stream: &mut Stream) -> usize {
     let mut aim = stream.unit() * weights.iter().sum::<f64>();
     let found = weights[..2].iter().position(|weight| {
@@ -379,13 +379,13 @@ fn draw_disk([a, b]: &[DVec3; 2], stream: &mut Stream) -> DVec3 {
     u.sqrt() * (cos * *a + sin * *b)
 }
 
-/// Outward vectors of a barrel where its first and its second axis meet it, as long as the barrel is wide and long there.
+/// Returns outward vectors of a barrel at its first and its second axis. Their lengths are the barrel's half width times its half length.
 fn barrel_faces([a, b, along]: &[DVec3; 3]) -> [DVec3; 2] {
     let turned = if a.cross(*b).dot(*along) < 0.0 { -1.0 } else { 1.0 };
     [turned * b.cross(*along), -turned * a.cross(*along)]
 }
 
-/// A turn in radians of a point of an ellipse's rim, evenly along it: by the angle, thinned by the speed.
+/// Draws a turn in radians so that the point on an ellipse's rim is uniform along the rim. It draws the angle and rejects by the speed.
 fn draw_rim(a: &DVec3, b: &DVec3, stream: &mut Stream) -> f64 {
     let largest = a.length().max(b.length());
     let mut turn = 0.0;
@@ -399,7 +399,7 @@ fn draw_rim(a: &DVec3, b: &DVec3, stream: &mut Stream) -> f64 {
     turn
 }
 
-/// Area of an ellipsoid in m²: the mean over the ball of how much area is stretched there, by equal steps of height and turn.
+/// Returns the area of an ellipsoid in m²: the mean area stretch over the unit ball, in equal steps of height and turn.
 fn ellipsoid_m2(half: &[DVec3; 3]) -> f64 {
     let [a, b, c] = half.map(DVec3::length);
     let stretches = DVec3::new(b * c, c * a, a * b);
@@ -414,7 +414,7 @@ fn ellipsoid_m2(half: &[DVec3; 3]) -> f64 {
     4.0 * PI * sum / (steps * steps)
 }
 
-/// A point of the unit ball whose image on an ellipsoid lies evenly over it: thinned by how much the area there is stretched.
+/// Draws a point of the unit ball whose image on an ellipsoid is uniform over its area. It rejects by the local area stretch.
 fn draw_ellipsoid(half: &[DVec3; 3], stream: &mut Stream) -> DVec3 {
     let [a, b, c] = half.map(DVec3::length);
     let stretches = DVec3::new(b * c, c * a, a * b);

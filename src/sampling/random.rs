@@ -1,4 +1,4 @@
-//! Streams of random numbers keyed by what they are for, never by the thread that draws them.
+//! Streams of random numbers. Their keys depend on their purpose, never on the thread that draws them.
 
 use std::convert::Infallible;
 
@@ -8,7 +8,7 @@ use rand_philox::{Philox, splitmix64};
 use super::sobol::QuasiPoint;
 pub use super::sobol::Square;
 
-/// What a stream of random numbers is used for; no two purposes share a number.
+/// The purpose of a stream of random numbers. No two purposes share a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Forward chains of packets from the luminaires.
@@ -17,34 +17,34 @@ pub enum Purpose {
     Direct,
     /// Walks from the receivers back towards the luminaires.
     Walks,
-    /// Pilot runs and surveys: of their numbers none is summed into a result.
+    /// Pilot runs and surveys. Their numbers never enter a result's sum.
     Pilot,
-    /// Points of light meshes, and what they are checked against.
+    /// Points of light meshes, and their checks.
     LightMesh = 5,
     /// Samples of cells.
     Cells,
     /// Gathering rays.
     CellRays,
-    /// Walks that measure what cells have wrong.
+    /// Walks that measure the error of cells.
     Residuals,
     /// Rays that fill cells.
     CellFills,
-    /// No numbers of its own: the seeds of a run's shares.
+    /// No stream of its own: the seeds of the shares of a run.
     Shares,
-    /// The same of runs that share out receivers.
+    /// The seeds of runs that divide the receivers among them.
     ReceiversParts,
     /// Walks that gather daylight coefficients.
     DaylightWalks,
-    /// Places from which the suns of a year are looked for, and the points of their disks.
+    /// Points from which the suns of a year are searched, and points of the suns' disks.
     SunPlaces,
 }
 
-/// Seed of the streams of one share of a run: another for every share, whatever the number of shares.
+/// Returns the seed of the streams of one share of a run. It differs for every share and does not depend on the number of shares.
 pub fn seed_of_share(seed: u64, number: u32) -> u64 {
     key_of(seed, Purpose::Shares, number)
 }
 
-/// Seed of the streams of a run that computes one part of the receivers.
+/// Returns the seed of the streams of a run that computes one part of the receivers.
 pub fn seed_of_receivers_part(seed: u64, number: u32) -> u64 {
     key_of(seed, Purpose::ReceiversParts, number)
 }
@@ -55,33 +55,32 @@ fn key_of(seed: u64, purpose: Purpose, map: u32) -> u64 {
     splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map))
 }
 
-/// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
+/// One stream: Philox 4×32-10 keyed by (seed, purpose, map). Its counter is split into replica, index and draw.
 ///
-/// Any two different (seed, purpose, map, replica, index) have streams that never meet: an index is good for
-/// 2³⁴ numbers, and there are 2⁶⁴ indices.
+/// Streams of different (seed, purpose, map, replica, index) never overlap. One index has 2³⁴ numbers, and there are 2⁶⁴ indices.
 #[derive(Clone, Debug)]
 pub struct Stream {
     philox: Philox,
     replica: u32,
-    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica.
+    /// Scrambles quasi-random points. Every seed, purpose, map and replica has a different key.
     quasi_key: u64,
     quasi: Option<QuasiPoint>,
     lot: Lot,
 }
 
-/// A place among the coordinates of a quasi-random point.
+/// A position among the coordinates of a quasi-random point.
 #[derive(Clone, Copy, Debug)]
 pub struct Mark(Option<QuasiPoint>);
 
-/// One variate that decides again and again: what is left of its interval is stretched to [0, 1) after each decision.
+/// One variate for many decisions. After each decision the remaining interval is stretched to [0, 1).
 #[derive(Clone, Copy, Debug)]
 struct Lot {
     value: f64,
-    /// Length of the interval that is left; below [`LEAST_LOT`] another variate is drawn.
+    /// Length of the remaining interval. Below [`LEAST_LOT`] a new variate is drawn.
     length: f64,
 }
 
-/// A lot of 53 bits still has 24 of them after as many halvings as this says.
+/// A variate of 53 bits still has 24 bits after the 29 halvings that this limit allows.
 const LEAST_LOT: f64 = 1.0 / 536_870_912.0;
 
 /// 2⁻³², the spacing of a 32-bit variate.
@@ -90,7 +89,7 @@ const SPACING_32: f64 = 1.0 / 4_294_967_296.0;
 const SPACING_53: f64 = 1.0 / 9_007_199_254_740_992.0;
 
 impl Stream {
-    /// The streams of one purpose in one map and replica; choose an index by [`Stream::seek`] before drawing.
+    /// Makes the streams of one purpose in one map and replica. Choose an index by [`Stream::seek`] before drawing.
     pub fn new(seed: u64, purpose: Purpose, map: u32, replica: u32) -> Stream {
         let key = key_of(seed, purpose, map);
         let quasi_key = splitmix64(key ^ splitmix64(u64::from(replica)));
@@ -105,8 +104,8 @@ impl Stream {
         self.philox.seek((u128::from(self.replica) << 96) | (u128::from(index) << 32));
     }
 
-    /// The same, but the first numbers are the coordinates of a scrambled Sobol point: point `number` of the sequence
-    /// that belongs to `sequence`. Every sequence has a scramble of its own, independent of all others.
+    /// Goes to an index as [`Stream::seek`] does, but the first numbers are the coordinates of a scrambled Sobol point. It is the point
+    /// `number` of the sequence that belongs to `sequence`. Every sequence has its own scramble, independent of all others.
     #[inline]
     pub fn seek_quasi(&mut self, index: u64, sequence: u64, number: u64) {
         self.seek(index);
@@ -115,13 +114,13 @@ impl Stream {
         self.quasi = Some(QuasiPoint::new(key, number));
     }
 
-    /// Where a stream stands among the coordinates of its quasi-random point.
+    /// Returns the stream's position among the coordinates of its quasi-random point.
     #[inline]
     pub fn mark(&self) -> Mark {
         Mark(self.quasi)
     }
 
-    /// Goes to an index, as [`Stream::seek`] does, and back to the mark in a branch of its point.
+    /// Goes to an index as [`Stream::seek`] does, and back to the mark in a branch of its point.
     #[inline]
     pub fn branch(&mut self, mark: &Mark, index: u64, branch: u32) {
         self.seek(index);
@@ -129,8 +128,8 @@ impl Stream {
         self.quasi = mark.0.map(|point| point.branch(branch));
     }
 
-    /// A quasi-random stream goes to the same point of another sequence: what is decided next gets the first, best spread
-    /// dimensions again. Other streams go on as they are.
+    /// Moves a quasi-random stream to the same point of another sequence, so that the next decisions use the first, best distributed
+    /// dimensions again. Other streams do not change.
     #[inline]
     pub fn turn_to(&mut self, sequence: u64) {
         if let Some(point) = &mut self.quasi {
@@ -138,8 +137,8 @@ impl Stream {
         }
     }
 
-    /// Goes to the same point of another sequence, its next two numbers in a square. A stream that is not quasi-random
-    /// goes to a random point.
+    /// Moves to the same point of another sequence, with its next two numbers confined to a square. A stream that is not quasi-random goes
+    /// to a random point.
     #[inline]
     pub fn turn_to_square(&mut self, sequence: u64, square: Square) {
         let point = match self.quasi {
@@ -149,7 +148,7 @@ impl Stream {
         self.quasi = Some(point.confined(square));
     }
 
-    /// The next two numbers of a quasi-random stream, without drawing them; ½ each where there are none left.
+    /// Returns the next two numbers of a quasi-random stream without drawing them; ½ for each where none are left.
     #[inline]
     pub fn ahead(&self) -> [f64; 2] {
         let mut point = self.quasi;
@@ -173,8 +172,8 @@ impl Stream {
 
     /// Draws whether something of this probability happens.
     ///
-    /// A quasi-random stream draws one lot for all decisions: whether a chain survives its first, second, third
-    /// reflection is then as evenly spread over the chains as a single variate is.
+    /// A quasi-random stream uses one variate for all decisions of this kind. The survival of a chain at its first, second and third
+    /// reflection is then distributed over the chains as evenly as a single variate.
     #[inline]
     pub fn happens(&mut self, probability: f64) -> bool {
         if self.quasi.is_none() {
@@ -185,7 +184,7 @@ impl Stream {
         }
         let happens = self.lot.value < probability;
         let (start, share) = if happens { (0.0, probability) } else { (probability, 1.0 - probability) };
-        // Division can round up to 1; the lot stays below.
+        // Division can round up to 1, so the value is kept below 1.
         self.lot.value = ((self.lot.value - start) / share).min(1.0 - SPACING_53);
         self.lot.length *= share;
         happens
@@ -198,8 +197,8 @@ impl Stream {
     }
 }
 
-/// Makes a stream a generator of the crate rand, so that its distributions draw from streams. A quasi-random stream gives the
-/// coordinates of its point first, each as the upper 32 bits of what is asked for.
+/// Makes a stream a generator of the crate rand, so that rand's distributions can draw from it. A quasi-random stream first returns the
+/// coordinates of its point, each as the upper 32 bits of the requested number.
 impl TryRng for Stream {
     type Error = Infallible;
 
@@ -254,7 +253,7 @@ mod tests {
 
     #[test]
     fn variates_are_uniform_past_the_two_to_the_32nd_index() {
-        // χ² over 64 bins, N = 64,000, α = 1e-4: 63 degrees of freedom have their quantile at 118.
+        // χ² over 64 bins, N = 64,000, α = 1e-4: the quantile of 63 degrees of freedom is 118.
         let mut stream = Stream::new(7, Purpose::Chains, 0, 3);
         let mut counts = [0u32; 64];
         for index in 0..64_000u64 {

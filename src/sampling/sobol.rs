@@ -1,15 +1,15 @@
 //! Owen-scrambled Sobol points: quasi-random variates for the first decisions of a walk, a gathering ray or a chain.
 //!
-//! Sobol's sequence fills every elementary box evenly; Owen's nested scrambling (1995, "Randomly permuted (t,m,s)-nets
-//! and (t,s)-sequences") keeps that and makes every point uniform, so that estimates stay unbiased and independent
-//! scrambles tell the error. The scramble is hashed after Laine and Karras (2011, "Stratified sampling for stochastic
-//! transparency"): bit by bit, each flipped by a function of the bits above it and of the seed.
+//! Sobol's sequence fills every elementary box evenly. Owen's nested scrambling (1995, "Randomly permuted (t,m,s)-nets and
+//! (t,s)-sequences") keeps this property and makes every point uniform. Estimates stay unbiased, and independent scrambles give their
+//! error. The scramble is hashed after Laine and Karras (2011, "Stratified sampling for stochastic transparency"). Each bit is flipped by a
+//! function of the bits above it and of the seed.
 
 use serde::{Deserialize, Serialize};
 
 use rand_philox::splitmix64;
 
-/// Dimensions that the points have; later decisions draw plain random numbers.
+/// Number of dimensions of the points. Later decisions use plain random numbers.
 pub const DIMENSIONS: u32 = 16;
 
 /// Primitive polynomials and first direction numbers of dimensions 2 to 16 (Joe and Kuo, 2008, "Constructing Sobol
@@ -33,8 +33,8 @@ const POLYNOMIALS: [(usize, u32, [u32; 6]); DIMENSIONS as usize - 1] = [
 ];
 
 const BITS: usize = 32;
-/// An index is taken four bits at a time: what each value of each nibble contributes stands in a table, its highest digit last, as
-/// scrambling wants it.
+/// An index is processed four bits at a time. The table holds the contribution of each value of each nibble with its bits reversed, because
+/// the scrambling needs the highest digit in the lowest bit.
 const NIBBLES: usize = 8;
 const TABLE: [[[u32; 16]; NIBBLES]; DIMENSIONS as usize] = nibble_table();
 
@@ -77,7 +77,7 @@ const fn nibble_table() -> [[[u32; 16]; NIBBLES]; DIMENSIONS as usize] {
         while nibble < NIBBLES {
             let mut value = 1;
             while value < 16 {
-                // The value without its lowest bit is known already.
+                // The contribution of the value without its lowest bit is already in the table.
                 let lowest = (value as u32).trailing_zeros() as usize;
                 table[dimension][nibble][value] =
                     table[dimension][nibble][value & (value - 1)] ^ numbers[4 * nibble + lowest].reverse_bits();
@@ -90,18 +90,18 @@ const fn nibble_table() -> [[[u32; 16]; NIBBLES]; DIMENSIONS as usize] {
     table
 }
 
-/// One scrambled point, whose coordinates are drawn one after the other.
+/// One scrambled point. Its coordinates are drawn one after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct QuasiPoint {
     index: u32,
     key: u64,
     dimension: u32,
-    /// Number of the branch and the dimension at which it began; branch 0 is the point itself.
+    /// Number of the branch, and the dimension at which it began. Branch 0 is the point itself.
     branch: u32,
     branch_start: u32,
 }
 
-/// Marks a branch number that confines a point instead.
+/// Flag in `branch` of a point that is confined to a square instead of branched.
 const CONFINED: u32 = 1 << 31;
 
 /// One of 4ᵏ squares of the unit square.
@@ -116,12 +116,12 @@ impl Square {
     /// The unit square itself.
     pub const WHOLE: Square = Square { level: 0, column: 0, row: 0 };
 
-    /// One of 4ᵏ squares row by row, k = `level` at most 8.
+    /// Returns one of 4ᵏ squares, counted row by row, with k = `level` at most 8.
     pub fn of(level: u32, place: usize) -> Square {
         Square { level: level as u8, column: (place & ((1 << level) - 1)) as u8, row: (place >> level) as u8 }
     }
 
-    /// Its quarters.
+    /// Returns its quarters.
     pub fn quarters(self) -> [Square; 4] {
         std::array::from_fn(|place| Square {
             level: self.level + 1,
@@ -130,18 +130,18 @@ impl Square {
         })
     }
 
-    /// How often the sides of the unit square were halved.
+    /// Returns how often the sides of the unit square were halved.
     pub fn level(self) -> u32 {
         u32::from(self.level)
     }
 
-    /// Area, 1 for the unit square.
+    /// Returns the area; the unit square has 1.
     #[inline]
     pub fn area(self) -> f64 {
         1.0 / f64::from(1u32 << (2 * self.level))
     }
 
-    /// A number of its own, below 2¹⁶ for squares of at most six halvings.
+    /// Returns a number that identifies the square, below 2¹⁶ for squares of at most six halvings.
     #[inline]
     pub fn code(self) -> u64 {
         u64::from(self.level) << 12 | u64::from(self.row) << 6 | u64::from(self.column)
@@ -149,7 +149,7 @@ impl Square {
 }
 
 impl QuasiPoint {
-    /// Point `index` of the sequence that a key scrambles. Past 2³² points the sequence starts anew with another scramble.
+    /// Returns point `index` of the sequence scrambled by a key. Past 2³² points the sequence starts again with another scramble.
     #[inline]
     pub fn new(key: u64, index: u64) -> QuasiPoint {
         let lap = index >> 32;
@@ -157,10 +157,10 @@ impl QuasiPoint {
         QuasiPoint { index: index as u32, key, dimension: 0, branch: 0, branch_start: 0 }
     }
 
-    /// The point that belongs to this one in another sequence, with a scramble and an order of its own.
+    /// Returns the corresponding point of another sequence, with its own scramble and order.
     ///
-    /// The order is shuffled so that runs of 2ᵏ points stay together. In one order all first coordinates would be the same
-    /// function of each other, and pairs of them would never fill their square.
+    /// The order is shuffled so that runs of 2ᵏ points stay together. Without the shuffle all first coordinates would be the same function
+    /// of each other, and pairs of them would never fill their square.
     /// Source: Burley, "Practical hash-based Owen scrambling", 2020.
     #[inline]
     pub fn of_sequence(&self, sequence: u64) -> QuasiPoint {
@@ -169,15 +169,15 @@ impl QuasiPoint {
         QuasiPoint { index, key, dimension: 0, ..*self }
     }
 
-    /// A branch of the point: its coordinates from here on are shifted digit by digit, by the same digits for all points of
-    /// a sequence, which keeps the sequence as even as it was. Of four branches the first coordinate has two in each half,
-    /// the second and third one in each quarter of their square.
+    /// Returns a branch of the point. Its coordinates from here on are shifted digit by digit, by the same digits for all points of a
+    /// sequence, which keeps the sequence's evenness. Among four branches, two have their first coordinate in each half. The second and
+    /// third coordinates have one branch in each quarter of their square.
     #[inline]
     pub fn branch(&self, branch: u32) -> QuasiPoint {
         QuasiPoint { branch, branch_start: self.dimension, ..*self }
     }
 
-    /// The point with its next two coordinates in a square.
+    /// Returns the point with its next two coordinates confined to a square.
     #[inline]
     pub fn confined(&self, square: Square) -> QuasiPoint {
         let [level, row, column] = [square.level, square.row, square.column].map(u32::from);
@@ -185,7 +185,7 @@ impl QuasiPoint {
         QuasiPoint { branch, branch_start: self.dimension, ..*self }
     }
 
-    /// A coordinate of a branch, or of a confined point.
+    /// Returns a coordinate of a branch or of a confined point.
     #[inline]
     fn altered(&self, dimension: u32, coordinate: u32) -> u32 {
         if self.branch & CONFINED == 0 {
@@ -199,7 +199,7 @@ impl QuasiPoint {
         }
     }
 
-    /// The digits by which a coordinate of a branch is shifted.
+    /// Returns the digits by which a coordinate of a branch is shifted.
     #[inline]
     fn shift(&self, dimension: u32) -> u32 {
         let random = splitmix64(self.key ^ splitmix64(u64::from(self.branch) << 32 | u64::from(dimension))) as u32;
@@ -213,7 +213,7 @@ impl QuasiPoint {
         if count == 0 { random } else { digits << 31 | random >> 1 }
     }
 
-    /// The next coordinate as 32 bits; `None` after the last dimension.
+    /// Returns the next coordinate as 32 bits; `None` after the last dimension.
     #[inline]
     pub fn next_coordinate(&mut self) -> Option<u32> {
         let dimension = self.dimension;
@@ -227,7 +227,8 @@ impl QuasiPoint {
     }
 }
 
-/// Coordinate of point `index` in a dimension, as a fraction of 2³², its highest digit last.
+/// Returns the coordinate of point `index` in a dimension, as a fraction of 2³² with its bits reversed: the highest digit in the lowest
+/// bit.
 #[inline]
 fn reversed_sobol(index: u32, dimension: usize) -> u32 {
     let table = &TABLE[dimension];
@@ -239,8 +240,8 @@ fn reversed_sobol(index: u32, dimension: usize) -> u32 {
     low ^ (of_nibble(4) ^ of_nibble(5)) ^ (of_nibble(6) ^ of_nibble(7))
 }
 
-/// Nested uniform scrambling of digits whose highest stands last: a multiplication by an even number lets every bit depend on those that
-/// stood above it and on no other.
+/// Scrambles digits nested and uniformly. The highest digit is in the lowest bit. A multiplication by an even number makes every bit depend
+/// only on the digits above it.
 #[inline]
 fn scrambled(reversed: u32, seed: u64) -> u32 {
     let (add, multiply) = (seed as u32, (seed >> 32) as u32 | 1);
@@ -263,8 +264,8 @@ mod tests {
 
     #[test]
     fn coordinates_of_two_sequences_fill_their_square() {
-        // 1,024 pairs of first coordinates in 16 cells of 64 each: 64 ± 40 (5 standard deviations) for three keys. The
-        // planted fault, another scramble in the same order, fills four cells alone.
+        // 1,024 pairs of first coordinates in 16 cells of 64 each: 64 ± 40 (5 standard deviations) for three keys. The planted fault,
+        // another scramble in the same order, fills only four cells.
         let cells = |key: u64, other: &dyn Fn(&QuasiPoint) -> QuasiPoint| {
             let mut counts = [0u32; 16];
             for index in 0..1024 {
@@ -305,8 +306,8 @@ mod tests {
 
     #[test]
     fn each_point_alone_is_uniform_over_the_scrambles() {
-        // χ² over 64 bins, N = 64,000 scrambles, α = 1e-4 a test: 63 degrees of freedom have their quantile at 118.
-        // The planted fault, a point that is left unscrambled in one of 50 keys, must be rejected.
+        // χ² over 64 bins, N = 64,000 scrambles, α = 1e-4 per test: the quantile of 63 degrees of freedom is 118. The planted fault, a
+        // point that is not scrambled for one key in 50, must be rejected.
         let chi2 = |faulty: bool| {
             [(0u64, 0), (5, 1), (77, 4), ((1u64 << 32) + 3, 9)].map(|(index, dimension)| {
                 let mut counts = [0u32; 64];
@@ -327,7 +328,7 @@ mod tests {
 
     #[test]
     fn a_smooth_integral_converges_faster_than_chance() {
-        // ∫ Π (1 + (x_d − ½)/(d + 1)) over six dimensions is 1. RMS over 64 scrambles of 1,024 points: chance gives 0.009.
+        // ∫ Π (1 + (x_d − ½)/(d + 1)) over six dimensions is 1. RMS over 64 scrambles of 1,024 points: plain random numbers give 0.009.
         let rms = |count: u64| {
             let squares = (0..64u64).map(|key| {
                 let sum: f64 = (0..count)

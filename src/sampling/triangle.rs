@@ -1,4 +1,4 @@
-//! Points of a triangle as seen from a point: drawn in proportion to solid angle, or to projected solid angle.
+//! Points of a triangle seen from another point, drawn in proportion to solid angle or to projected solid angle.
 
 use glam::DVec3;
 
@@ -6,16 +6,16 @@ use super::random::Stream;
 use super::warp::uniform_triangle;
 use crate::base::solid_angle::triangle_solid_angle_sr;
 
-/// Below this ratio of the triangle's radius to its distance, points are drawn by area and thinned to the solid
-/// angle: cheaper than the spherical formula and free of its cancellation. At the ratio, 1/d³ varies by
-/// (1.25/0.75)³ = 4.6 over the triangle, so at least a fifth of the draws are kept.
+/// Below this ratio of the triangle's radius to its distance, points are drawn by area and rejected to follow solid angle. This is cheaper
+/// than the spherical formula and has no cancellation. At this ratio, 1/d³ varies by (1.25/0.75)³ = 4.6 over the triangle, so at least a
+/// fifth of the draws are kept.
 const FAR_RADIUS_PER_DISTANCE: f64 = 0.25;
 
-/// Draws that thinning may take before it is certain that numbers have gone wrong: the acceptance is never below
-/// 5%, so that 2000 failures in a row have a probability below 1e-44.
+/// Largest number of draws of a rejection loop; reaching it means a numerical fault. At least 5% of the draws are accepted, so 2000
+/// failures in a row have a probability below 1e-44.
 const MOST_DRAWS: u32 = 2000;
 
-/// A triangle seen from the origin, prepared for drawing points of it by (projected) solid angle.
+/// A triangle seen from the origin, prepared for drawing its points by (projected) solid angle.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenTriangle {
     corners: [DVec3; 3],
@@ -27,13 +27,13 @@ pub struct SeenTriangle {
 /// How points of a triangle are drawn.
 #[derive(Clone, Copy, Debug)]
 enum Drawing {
-    /// By area, thinned; the largest 1/d³ over the triangle.
+    /// By area with rejection; holds the largest 1/d³ over the triangle.
     Thinned(f64),
     /// By the spherical formula.
     Spherical(SphericalTriangle),
 }
 
-/// What the spherical formula asks of a triangle.
+/// The values that the spherical formula needs of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct SphericalTriangle {
     /// The angle at the first corner, with its sine and cosine.
@@ -60,18 +60,18 @@ impl SphericalTriangle {
     }
 }
 
-/// Unit tangent of the sphere at one direction towards another.
+/// Returns the unit tangent of the sphere at one direction towards another.
 fn tangent(from: DVec3, to: DVec3) -> DVec3 {
     (to - from * from.dot(to)).normalize_or_zero()
 }
 
-/// The plane of a triangle, with where in the triangle its points are.
+/// The plane of a triangle, prepared for barycentric coordinates.
 #[derive(Clone, Copy, Debug)]
 struct TrianglePlane {
     first_corner: DVec3,
     /// (b − a) × (c − a): twice the area, along the front normal.
     twice_area: DVec3,
-    /// Products with a point less the first corner: its barycentric coordinates.
+    /// Dot products of these with (point − first corner) are the barycentric coordinates.
     weighing: [DVec3; 2],
 }
 
@@ -83,7 +83,7 @@ impl TrianglePlane {
         TrianglePlane { first_corner: a, twice_area, weighing }
     }
 
-    /// Where a direction from the origin meets the plane, kept inside the triangle.
+    /// Returns the barycentric coordinates where a direction from the origin meets the plane, clamped to the triangle.
     fn barycentric(&self, direction: DVec3) -> Option<[f64; 2]> {
         let slope = self.twice_area.dot(direction);
         if slope == 0.0 {
@@ -97,7 +97,7 @@ impl TrianglePlane {
 }
 
 impl SeenTriangle {
-    /// Prepares a triangle whose corners are given relative to the seeing point, in m.
+    /// Prepares a triangle whose corners are relative to the viewing point, in m.
     pub fn new(corners: [DVec3; 3]) -> SeenTriangle {
         let [a, b, c] = corners;
         let centroid = (a + b + c) / 3.0;
@@ -120,7 +120,7 @@ impl SeenTriangle {
         self.solid_angle_sr
     }
 
-    /// A direction to the triangle and the barycentric coordinates of its point there, drawn in proportion to solid angle.
+    /// Draws a direction to the triangle in proportion to solid angle. Returns it with the barycentric coordinates of its point.
     pub fn draw(&self, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
         let largest = match &self.drawing {
             Drawing::Thinned(largest) => largest,
@@ -142,7 +142,7 @@ impl SeenTriangle {
         None
     }
 
-    /// Uniform in the spherical triangle (Arvo, 1995, "Stratified sampling of spherical triangles").
+    /// Draws a direction uniformly in the spherical triangle (Arvo, 1995, "Stratified sampling of spherical triangles").
     fn draw_spherical(&self, triangle: &SphericalTriangle, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, _] = self.spherical;
         let SphericalTriangle { alpha, sin_cos_alpha: (sin_alpha, cos_alpha), cos_ab, towards_c, .. } = *triangle;
@@ -158,8 +158,8 @@ impl SeenTriangle {
     }
 }
 
-/// What of a triangle stands above a horizon, as seen from the origin: prepared for drawing points of it in proportion to solid angle times
-/// the cosine with the horizon's normal.
+/// The part of a triangle above a horizon, as seen from the origin. It is prepared for drawing points in proportion to solid angle times
+/// the cosine from the horizon's normal.
 #[derive(Clone, Copy, Debug)]
 pub struct RisenTriangle {
     above: AboveHorizon,
@@ -167,18 +167,18 @@ pub struct RisenTriangle {
     largest_cosine: f64,
 }
 
-/// What the horizon leaves of a triangle.
+/// The part of a triangle that the horizon leaves.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::large_enum_variant, reason = "walks make it at every look, and allocate nothing")]
 enum AboveHorizon {
     Whole(SeenTriangle),
-    /// One or two triangles, in the plane of the whole one.
+    /// One or two triangles, and the plane of the whole triangle.
     Parts([Option<SeenTriangle>; 2], TrianglePlane),
 }
 
 impl RisenTriangle {
-    /// Prepares a triangle whose corners are given relative to the seeing point, in m, for a unit normal; `None` where no corner of it
-    /// stands above the horizon.
+    /// Prepares a triangle whose corners are relative to the viewing point, in m, for a unit normal. `None` if no corner is above the
+    /// horizon.
     pub fn new(corners: [DVec3; 3], normal: DVec3) -> Option<RisenTriangle> {
         let heights = corners.map(|corner| corner.dot(normal));
         match heights.iter().filter(|height| **height > 0.0).count() {
@@ -198,9 +198,9 @@ impl RisenTriangle {
         }
     }
 
-    /// A direction to the triangle and the barycentric coordinates of its point there.
+    /// Draws a direction to the triangle. Returns it with the barycentric coordinates of its point.
     ///
-    /// `None` where so little of the triangle stands above the horizon that numbers cannot tell.
+    /// `None` where the part above the horizon is too small for floating-point numbers.
     pub fn draw(&self, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
         for _ in 0..MOST_DRAWS {
             let (direction, barycentric) = match &self.above {
@@ -227,7 +227,7 @@ impl RisenTriangle {
     }
 }
 
-/// Cuts a triangle, of which some corners have heights above 0, at the horizon into one or two triangles above it.
+/// Cuts a triangle at the horizon into one or two triangles above it. At least one corner has a height above 0.
 fn cut_at_horizon(corners: [DVec3; 3], heights: [f64; 3]) -> [Option<SeenTriangle>; 2] {
     let mut above = [DVec3::ZERO; 4];
     let mut count = 0;
@@ -247,8 +247,8 @@ fn cut_at_horizon(corners: [DVec3; 3], heights: [f64; 3]) -> [Option<SeenTriangl
     std::array::from_fn(|i| parts[..count - 2].get(i).map(|part| SeenTriangle::new(*part)))
 }
 
-/// Largest cosine between a unit normal and the directions of a spherical triangle: at a corner, within an edge, or
-/// 1 where the normal itself points into the triangle.
+/// Returns the largest cosine between a unit normal and the directions of a spherical triangle. It occurs at a corner or within an edge, or
+/// is 1 where the normal itself points into the triangle.
 fn largest_cosine(corners: &[DVec3; 3], normal: DVec3) -> f64 {
     let mut largest = corners.iter().map(|corner| corner.dot(normal)).fold(0.0, f64::max);
     let mut sides = 0.0;
@@ -274,8 +274,8 @@ mod tests {
     use super::*;
     use crate::sampling::random::Purpose;
 
-    /// χ² of N = 160,000 draws (seed 5, α = 1e-4) over the n² parts of a triangle, against what `weight` of each part's
-    /// own directions says; returns (χ², its quantile).
+    /// χ² of N = 160,000 draws (seed 5, α = 1e-4) over the n² parts of a triangle. The expected counts follow from the weight of each
+    /// part's own directions. Returns (χ², its quantile).
     fn chi_square(corners: [DVec3; 3], normal: Option<DVec3>, tilt: f64) -> (f64, f64) {
         const PARTS: usize = 6;
         const N: u32 = 160_000;

@@ -1,11 +1,11 @@
-//! Warps: uniform variates turned into directions and points.
+//! Warps that turn uniform variates into directions and points.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-/// Two unit vectors that make a right-handed frame with a unit normal (after Duff et al., 2017, "Building an
-/// orthonormal basis, revisited": no branch, no loss of digits near −z).
+/// Returns two unit vectors that form a right-handed frame with a unit normal (after Duff et al., 2017, "Building an orthonormal basis,
+/// revisited": no branch, no loss of digits near −z).
 #[inline]
 pub fn tangents(normal: DVec3) -> [DVec3; 2] {
     let sign = 1.0f64.copysign(normal.z);
@@ -17,7 +17,7 @@ pub fn tangents(normal: DVec3) -> [DVec3; 2] {
     ]
 }
 
-/// 1, −1/3!, 1/5!, …: the series of sin x / x in x².
+/// Coefficients of the series of sin x / x in x²: 1, −1/3!, 1/5!, …
 const SINE: [f64; 8] = [
     1.0,
     -1.0 / 6.0,
@@ -28,7 +28,7 @@ const SINE: [f64; 8] = [
     1.0 / 6_227_020_800.0,
     -1.0 / 1_307_674_368_000.0,
 ];
-/// −1/2!, 1/4!, …: the series of (cos x − 1) / x² in x².
+/// Coefficients of the series of (cos x − 1) / x² in x²: −1/2!, 1/4!, …
 const COSINE: [f64; 8] = [
     -1.0 / 2.0,
     1.0 / 24.0,
@@ -40,10 +40,10 @@ const COSINE: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
 ];
 
-/// Numbers about this one, 1.5 · 2⁵², are whole: adding it rounds.
+/// Floating-point numbers near this one, 1.5 · 2⁵², are integers. Adding it therefore rounds.
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
 
-/// A polynomial of degree 7 by pairs of its coefficients (Estrin's scheme): three steps stand behind each other instead of seven.
+/// Evaluates a polynomial of degree 7 by pairs of coefficients (Estrin's scheme), with three dependent steps instead of seven.
 #[inline(always)]
 fn polynomial(c: &[f64; 8], x: f64) -> f64 {
     let squared = x * x;
@@ -51,33 +51,33 @@ fn polynomial(c: &[f64; 8], x: f64) -> f64 {
     low + high * (squared * squared)
 }
 
-/// Sine and cosine of `turns` full turns, 0 to 1, to some 1e-15: a chain spends an eighth of its time here when the
-/// mathematical library, which must reduce any angle, does it.
+/// Returns sine and cosine of `turns` full turns, 0 to 1, to about 1e-15. With the mathematical library, which must reduce any angle, a
+/// chain spends an eighth of its time here.
 #[inline]
 pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
-    // The nearest quarter turn, which rounding leaves in the last bits, and the rest between −1/8 and 1/8 of a turn as an angle.
+    // Finds the nearest quarter turn, which rounding leaves in the last bits, and the rest between −1/8 and 1/8 of a turn as an angle.
     let rounded = 4.0 * turns + TO_WHOLE;
     let (quarter, angle) = (rounded.to_bits(), (turns - 0.25 * (rounded - TO_WHOLE)) * TAU);
     let a = angle * angle;
-    // Taylor's series; products by constants, since divisions would take most of the time.
+    // Taylor's series with products by constants, because divisions would take most of the time.
     let [sin, cos] = [angle * polynomial(&SINE, a), 1.0 + a * polynomial(&COSINE, a)].map(f64::to_bits);
-    // Quarters exchange them and turn their signs, by bits: no branch could foretell which.
+    // Quarter turns exchange sine and cosine and change their signs. This is done by bits, because a branch would be mispredicted.
     let exchanged = (sin ^ cos) & (quarter & 1).wrapping_neg();
     let turned = |bits: u64, quarters: u64| f64::from_bits((bits ^ exchanged) ^ (quarters & 2) << 62);
     (turned(sin, quarter), turned(cos, quarter + 1))
 }
 
-/// A direction about a normal with density cos θ / π per sr.
+/// Draws a direction about a normal with density cos θ / π per sr.
 #[inline]
 pub fn cosine_hemisphere(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     let radius = u.sqrt();
     let (sin, cos) = sin_cos_of_turns(v);
     let [t, b] = tangents(normal);
-    // 1 − u never reaches 0, since u stays below 1: the direction always leaves the surface.
+    // 1 − u never reaches 0, because u stays below 1. The direction therefore always leaves the surface.
     t * (radius * cos) + b * (radius * sin) + normal * (1.0 - u).sqrt()
 }
 
-/// A direction with density 1 / 4π per sr.
+/// Draws a direction with density 1 / 4π per sr.
 #[inline]
 pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
     let z = 1.0 - 2.0 * u;
@@ -86,9 +86,9 @@ pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(radius * cos, radius * sin, z)
 }
 
-/// A direction uniform in the cone of half-angle arccos `cos_max` about an axis; density 1 / (2π(1 − cos_max)).
+/// Draws a direction uniformly in the cone of half-angle arccos `cos_max` about an axis, with density 1 / (2π(1 − cos_max)).
 ///
-/// `one_minus_cos_max` is passed, not cos_max, so that narrow cones keep their digits.
+/// The argument is 1 − cos_max instead of cos_max, so that narrow cones keep their digits.
 #[inline]
 pub fn uniform_cone(axis: DVec3, one_minus_cos_max: f64, [u, v]: [f64; 2]) -> DVec3 {
     let drop = u * one_minus_cos_max;
@@ -98,14 +98,14 @@ pub fn uniform_cone(axis: DVec3, one_minus_cos_max: f64, [u, v]: [f64; 2]) -> DV
     t * (radius * cos) + b * (radius * sin) + axis * (1.0 - drop)
 }
 
-/// Barycentric coordinates (weights of the second and third corner) of a point uniform in a triangle.
+/// Draws a point uniformly in a triangle and returns its barycentric coordinates (weights of the second and third corner).
 #[inline]
 pub fn uniform_triangle([u, v]: [f64; 2]) -> [f64; 2] {
     let root = u.sqrt();
     [root * (1.0 - v), root * v]
 }
 
-/// Density of [`cosine_hemisphere`] per sr.
+/// Returns the density of [`cosine_hemisphere`] per sr.
 #[inline]
 pub fn cosine_hemisphere_pdf_per_sr(cos_theta: f64) -> f64 {
     cos_theta.max(0.0) / PI
@@ -128,8 +128,8 @@ mod tests {
         assert!(sin.abs() < 1e-15 && (cos - 1.0).abs() < 1e-15);
     }
 
-    /// Means of first and second moments over N = 200,000 draws (seed 1); each must lie within 4.9 standard errors of the
-    /// exact value (α = 1e-6), and a density that leans 1% towards the normal must not.
+    /// Returns mean and standard error over N = 200,000 draws (seed 1). Each mean must lie within 4.9 standard errors of the exact value (α
+    /// = 1e-6). The mean of a density skewed 1% towards the normal must not.
     fn moments(draw: impl Fn(&mut Stream) -> f64) -> (f64, f64) {
         let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
         let (mut sum, mut squares) = (0.0, 0.0);

@@ -7,19 +7,19 @@ use crate::scene::photometry::zones::{Zone, invert_linear, sine_moments};
 
 /// Draws directions with the density I/Φ per steradian.
 ///
-/// The first variate chooses the angle C: its marginal density, a plane's flux per radian, is linear between the planes of the
-/// table. The second chooses γ by the cumulated flux of the plane at that C, which is the mean of its two
-/// neighbours', weighted as the intensities are. Both maps are monotone and
-/// nothing is rejected, so that well spread variates give well spread directions.
+/// The first variate chooses the angle C. The marginal density of C, a plane's flux per radian, is linear between the planes of the table.
+/// The second variate chooses γ from the cumulated flux of the plane at that C. That cumulated flux is the mean of the two neighbouring
+/// planes, weighted as the intensities are. Both maps are monotone and nothing is rejected, so evenly spread variates give evenly spread
+/// directions.
 #[derive(Clone, Debug)]
 pub struct WebSampler {
     web: IntensityWeb,
     c_rad: Vec<f64>,
     gamma_rad: Vec<f64>,
     gamma_sines: Vec<f64>,
-    /// Flux in lm/rad of each plane up to each γ: `plane * gamma_rad.len() + i`.
+    /// Cumulated flux in lm/rad of each plane up to each γ, at the index `plane * gamma_rad.len() + i`.
     cumulated_lm_rad: Vec<f64>,
-    /// Flux in lm up to each C.
+    /// Cumulated flux in lm up to each C.
     cumulated_lm: Vec<f64>,
 }
 
@@ -45,16 +45,16 @@ impl WebSampler {
         WebSampler { web: web.clone(), c_rad, gamma_rad, gamma_sines, cumulated_lm_rad, cumulated_lm }
     }
 
-    /// A unit vector along C0, C90 and γ = 0 for two variates in [0, 1).
+    /// Returns a unit vector along C0, C90 and γ = 0 for two variates in [0, 1).
     ///
-    /// A distribution without flux gives the axis, where its density is 0.
+    /// A distribution without flux returns the axis, where its density is 0.
     pub fn sample(&self, variates: [f64; 2]) -> DVec3 {
         if self.total() <= 0.0 {
             return DVec3::Z;
         }
         let row = self.gamma_rad.len();
 
-        // The column between two planes that holds the first variate's share of the flux, and where in it.
+        // Finds the column between two planes that holds the first variate's share of the flux, and the position within it.
         let target_lm = variates[0] * self.total();
         let column = interval(self.cumulated_lm.len(), target_lm, |j| self.cumulated_lm[j]);
         let (near, far) = (column * row, (column + 1) * row);
@@ -63,7 +63,7 @@ impl WebSampler {
         let t = invert_linear(self.cumulated_lm_rad[near + row - 1], self.cumulated_lm_rad[far + row - 1], share);
         let c_rad = self.c_rad[column] + t * (self.c_rad[column + 1] - self.c_rad[column]);
 
-        // In the plane at that C, the zone that holds the second variate's share, and where in it.
+        // Finds the zone in the plane at that C that holds the second variate's share, and the position within it.
         let between = |table: &[f64], i: usize| (1.0 - t) * table[near + i] + t * table[far + i];
         let cumulated = |i: usize| between(&self.cumulated_lm_rad, i);
         let target_lm_rad = variates[1] * cumulated(row - 1);
@@ -79,23 +79,23 @@ impl WebSampler {
         self.web.direction_at(c_rad, zone.from_rad + offset)
     }
 
-    /// Density per steradian of a unit direction along C0, C90 and γ = 0: I/Φ.
+    /// Returns the density I/Φ per steradian of a unit direction along C0, C90 and γ = 0.
     pub fn pdf_per_sr(&self, direction: DVec3) -> f64 {
         if self.total() > 0.0 { self.eval(direction) / self.total() } else { 0.0 }
     }
 
-    /// Intensity in cd of a direction along C0, C90 and γ = 0.
+    /// Returns the intensity in cd in a direction along C0, C90 and γ = 0.
     pub fn eval(&self, direction: DVec3) -> f64 {
         self.web.intensity_along_cd(direction)
     }
 
-    /// Luminous flux Φ in lm: the integral of `eval` over the sphere.
+    /// Returns the luminous flux Φ in lm: the integral of `eval` over the sphere.
     pub fn total(&self) -> f64 {
         self.cumulated_lm[self.cumulated_lm.len() - 1]
     }
 }
 
-/// The interval `i` with `cumulated(i) <= target < cumulated(i + 1)`; never an empty one, if any is not.
+/// Returns the interval `i` with `cumulated(i) <= target < cumulated(i + 1)`. It returns an empty interval only if all are empty.
 fn interval(count: usize, target: f64, cumulated: impl Fn(usize) -> f64) -> usize {
     let (mut low, mut high) = (0, count - 1);
     while high - low > 1 {
@@ -106,7 +106,7 @@ fn interval(count: usize, target: f64, cumulated: impl Fn(usize) -> f64) -> usiz
             high = middle;
         }
     }
-    // Rounding may put the target on the very end, behind intervals without flux.
+    // Rounding may put the target at the very end, after intervals without flux.
     while low > 0 && cumulated(low + 1) <= cumulated(low) {
         low -= 1;
     }
@@ -123,9 +123,9 @@ mod tests {
     use crate::sampling::random::{Purpose, Stream};
     use crate::scene::photometry::PhotometricType;
 
-    /// Chance of refusing a right sampler.
+    /// Probability that the test rejects a correct sampler.
     const ALPHA: f64 = 1e-3;
-    /// Draws of a χ² test: a fault of 1% in half of all directions then lies some ten standard deviations off.
+    /// Draws of a χ² test. A fault of 1% in half of all directions is then about ten standard deviations off.
     const DRAWS: usize = 2_000_000;
     const SEED: u64 = 20_240_917;
     /// Bins of the χ² test along the azimuth and the cosine.
@@ -137,7 +137,7 @@ mod tests {
         Stream::new(SEED, Purpose::Pilot, 0, 0)
     }
 
-    /// Uneven steps, dark zones, a dark plane and an asymmetric lobe.
+    /// A skewed distribution: uneven steps, dark zones, a dark plane and an asymmetric lobe.
     fn lopsided() -> IntensityWeb {
         let c = vec![0.0, 30.0, 100.0, 180.0, 250.0, 360.0];
         let gamma = vec![0.0, 10.0, 45.0, 90.0, 120.0, 180.0];
@@ -152,14 +152,14 @@ mod tests {
         IntensityWeb::new(c, gamma, rows.concat()).unwrap()
     }
 
-    /// A floodlight's table, of which most directions are dark.
+    /// A floodlight's table, dark in most directions.
     fn floodlight() -> IntensityWeb {
         let (planes, angles) = (vec![150.0, 180.0, 220.0], vec![50.0, 90.0, 110.0]);
         let cd = vec![1.0, 4.0, 2.0, 5.0, 9.0, 3.0, 2.0, 6.0, 1.0];
         IntensityWeb::on_goniometer(PhotometricType::B, planes, angles, cd).unwrap()
     }
 
-    /// The same, brighter by `excess` in the planes up to C100.
+    /// The same distribution, brighter by `excess` in the planes up to C100.
     fn with_fault(web: &IntensityWeb, excess: f64) -> IntensityWeb {
         let mut faulty = web.clone();
         let row = web.gamma_deg.len();
@@ -171,7 +171,7 @@ mod tests {
         faulty
     }
 
-    /// The p-value of draws from `drawn` against the intensities of `truth`, bins pooled until 20 are expected in each.
+    /// Returns the p-value of draws from `drawn` against the intensities of `truth`. Bins are pooled until 20 draws are expected in each.
     fn chi_square_p(drawn: &WebSampler, truth: &IntensityWeb) -> f64 {
         let mut counts = vec![0.0; BINS[0] * BINS[1]];
         let mut stream = stream();
@@ -201,7 +201,7 @@ mod tests {
         1.0 - ChiSquared::new(last as f64).unwrap().cdf(statistic)
     }
 
-    /// ∫ I dω over a bin by midpoints in azimuth and cosine.
+    /// Returns ∫ I dω over a bin, by midpoints in azimuth and cosine.
     fn bin_mass(web: &IntensityWeb, i: usize, j: usize) -> f64 {
         let at = |k: usize, bin: usize, bins: usize| (bin as f64 + (k as f64 + 0.5) / MIDPOINTS as f64) / bins as f64;
         let mut sum = 0.0;
@@ -230,7 +230,7 @@ mod tests {
             assert!((sampler.total() / web.luminous_flux_lm() - 1.0).abs() < 1e-14);
             let bins = (0..BINS[0] * BINS[1]).map(|bin| bin_mass(&web, bin / BINS[1], bin % BINS[1]));
             let integral = bins.sum::<f64>() / sampler.total();
-            // A table that ends in steps is only as well integrated as its midpoints lie.
+            // The table ends in steps, so the accuracy of this integral is limited by where its midpoints lie.
             assert!((integral - 1.0).abs() < 2e-3, "{integral}");
         }
         let smooth =
@@ -240,7 +240,7 @@ mod tests {
         assert!((integral - 1.0).abs() < 1e-5, "{integral}");
     }
 
-    /// The variates are cumulated shares: the flux within the angles that a sample reaches is what they say.
+    /// The variates are cumulated shares of flux: the flux within the angles of a sample equals its variates.
     #[test]
     fn samples_stand_where_their_share_of_the_flux_ends() {
         // I = 1 below the horizontal: γ follows from 1 − cos γ = u, C from u alone.
@@ -282,12 +282,12 @@ mod tests {
         let web = floodlight();
         let sampler = WebSampler::new(&web);
         let mut stream = stream();
-        // Mean of 1/I over draws ∝ I is the solid angle of the table over its flux.
+        // The mean of 1/I over draws ∝ I is the solid angle of the table divided by its flux.
         let mean = (0..200_000).map(|_| 1.0 / sampler.eval(sampler.sample([stream.fine_unit(), stream.fine_unit()])));
         let mean = mean.sum::<f64>() / 200_000.0;
         let zone = 50_f64.to_radians().cos() - 110_f64.to_radians().cos();
         let exact = 70_f64.to_radians() * zone / sampler.total();
-        // The standard error is some 0.15% of the mean: five of them.
+        // The tolerance is five standard errors; one is about 0.15% of the mean.
         assert!((mean / exact - 1.0).abs() < 0.0075, "{mean} {exact}");
     }
 }

@@ -11,10 +11,10 @@ use super::reader::Fields;
 use super::unique_names::Names;
 use super::units::LengthUnit;
 
-/// Keys of an array.
+/// Keys of a luminaire that describe an array.
 pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
 
-/// Where the copies of a luminaire stand.
+/// Positions of the copies of a luminaire.
 pub(super) struct CopiesInRows {
     columns: u32,
     rows: u32,
@@ -22,7 +22,7 @@ pub(super) struct CopiesInRows {
     v_m: DVec3,
 }
 
-/// Reads the array that a luminaire stands for, if its keys give one.
+/// Reads the array of a luminaire, or returns `None` if its keys give none.
 pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInRows>, SceneError> {
     let keys = KEYS.map(|key| fields.get(key));
     if keys.iter().all(Option::is_none) {
@@ -65,7 +65,7 @@ impl CopiesInRows {
         u64::from(self.columns) * u64::from(self.rows)
     }
 
-    /// Adds the copies, row by row: "NAME 1", "NAME 2", …
+    /// Adds the copies to `luminaires`, row by row: "NAME 1", "NAME 2", …
     pub fn fill(
         &self,
         fields: &Fields,
@@ -77,7 +77,7 @@ impl CopiesInRows {
         let path: Rc<str> = fields.node().json_path().into();
         let count = self.len() as usize;
         names.reserve(count);
-        // Room for a large array is made once; many small ones grow together.
+        // A large array allocates its memory once. Small ones share the usual growth of the list.
         if count > luminaires.len() {
             luminaires.reserve_exact(count);
         }

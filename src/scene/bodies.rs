@@ -1,8 +1,8 @@
-//! Smooth closed bodies: their radius by direction is a series of spherical harmonics.
+//! Smooth closed bodies: a series of spherical harmonics gives the radius by direction.
 //!
-//! A body is divided into leaves of equal solid angle between parallels and meridians, and each stands in the scene as a triangle,
-//! whose corners lie on the body: what counts, names or draws triangles does so with leaves. Where on a leaf a place is, two weights
-//! tell as on any triangle, and equal parts of weights are equal solid angles. Positions, normals and areas come from the series.
+//! A body is divided into leaves of equal solid angle between parallels and meridians. Each leaf is a triangle of the scene, and its
+//! corners lie on the body. Everything that counts, names or draws triangles therefore handles leaves as well. Two weights give a point
+//! on a leaf, as on any triangle. Equal areas in these weights are equal solid angles. Positions, normals and areas come from the series.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 use crate::base::harmonics::{HarmonicSeries, RadialBounds, direction};
 use crate::base::quadrature::GaussLegendre;
 
-/// Rings of corners between the poles, and leaves around.
+/// Number of rings of corners between the poles, and number of leaves around.
 const RINGS: usize = 16;
 const COLUMNS: usize = 24;
 /// Height of a band in cos θ; a cap has half of it.
@@ -22,32 +22,32 @@ const COLUMN: f64 = 2.0 * PI / COLUMNS as f64;
 /// Solid angle of a leaf in sr.
 const LEAF_SR: f64 = 0.5 * BAND * COLUMN;
 
-/// Angle in rad, times the degree, that a triangle of the quadrature spans at most.
+/// Largest angle in rad that a triangle of the quadrature spans, multiplied by the degree of the series.
 const QUADRATURE_STEP: f64 = 1.5;
-/// Cuts of a leaf along an edge where the largest density is looked for.
+/// Number of cuts of a leaf along an edge for the search of the largest density.
 const LOOKS: u32 = 12;
 
 /// A closed body r(θ, φ) = Σ c_lm Y_lm about its centre.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// The radius in m by directions of the body's own axes.
+    /// The radius in m, by direction in the body's own axes.
     pub series: HarmonicSeries,
     /// Bounds of the radius in m.
     pub bounds: RadialBounds,
     /// Centre in m.
     pub center_m: DVec3,
-    /// Turns the body's own axes into the scene's.
+    /// Rotation from the body's own axes to the scene's axes.
     pub turn: DMat3,
-    /// Whether its front is its inside.
+    /// Whether the front is the inside.
     pub inward: bool,
-    /// Its leaves among the scene's triangles.
+    /// The leaves, as a range of the scene's triangles.
     pub triangles: Range<u32>,
     areas_m2: Vec<f64>,
-    /// Largest area per solid angle on each leaf in m²/sr.
+    /// Largest area per solid angle on each leaf, in m²/sr.
     densest_m2_sr: Vec<f64>,
 }
 
-/// Numbers of a body's corners on rings: the poles first, then ring by ring.
+/// Number of a corner by ring and column. The poles come first, then the corners ring by ring.
 fn corner(ring: usize, column: usize) -> u32 {
     (2 + ring * COLUMNS + column % COLUMNS) as u32
 }
@@ -70,14 +70,14 @@ pub(super) fn leaves(inward: bool) -> Vec<[u32; 3]> {
     leaves
 }
 
-/// Directions of the corners, in their order.
+/// Unit directions of the corners, in the order of their numbers.
 pub(super) fn corner_directions() -> Vec<DVec3> {
     let rings = (0..RINGS).map(|ring| 1.0 - BAND * (ring as f64 + 0.5));
     let on_rings = rings.flat_map(|z| (0..COLUMNS).map(move |column| direction(z, COLUMN * column as f64)));
     [DVec3::Z, -DVec3::Z].into_iter().chain(on_rings).collect()
 }
 
-/// Direction of a place on a leaf by the weights of its second and third corner, seen from outside.
+/// Direction of a point on a leaf, from the weights of the second and third corner, seen from outside.
 fn direction_on(leaf: usize, [u, v]: [f64; 2]) -> DVec3 {
     let q = u + v;
     let share = |part: f64| if q > 0.0 { part / q } else { 0.5 };
@@ -94,14 +94,14 @@ fn direction_on(leaf: usize, [u, v]: [f64; 2]) -> DVec3 {
     direction(below + BAND * up, (column as f64 + along) * COLUMN)
 }
 
-/// A direction in the cap about +z: q² is its share of the cap's solid angle.
+/// Direction in the cap about +z. The square of `q` is the share of the cap's solid angle up to that direction.
 fn cap_direction(q: f64, azimuth: f64) -> DVec3 {
     let depth = 0.5 * BAND * q * q;
     let across = (depth * (2.0 - depth)).sqrt();
     DVec3::new(across * azimuth.cos(), across * azimuth.sin(), 1.0 - depth)
 }
 
-/// The leaf in a unit direction, and the weights of its second and third corner, seen from outside.
+/// Returns the leaf in a unit direction, and the weights of its second and third corner, seen from outside.
 fn leaf_in(d: DVec3) -> (usize, [f64; 2]) {
     let turns = (d.y.atan2(d.x) / COLUMN).rem_euclid(COLUMNS as f64);
     let column = (turns as usize).min(COLUMNS - 1);
@@ -126,7 +126,7 @@ fn leaf_in(d: DVec3) -> (usize, [f64; 2]) {
 }
 
 impl Body {
-    /// The body of a series whose leaves are these triangles of a scene.
+    /// Makes a body from its series. `triangles` are its leaves in the scene.
     pub fn new(series: HarmonicSeries, center_m: DVec3, turn: DMat3, inward: bool, triangles: Range<u32>) -> Body {
         let bounds = series.bounds();
         let (areas_m2, densest_m2_sr) = (Vec::new(), Vec::new());
@@ -138,26 +138,26 @@ impl Body {
         body
     }
 
-    /// Weights as seen from outside, whichever side is the front; the same turns them back.
+    /// Converts weights to those seen from outside, for both kinds of front. A second call converts them back.
     #[inline]
     fn turned(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         if self.inward { [v, u] } else { [u, v] }
     }
 
-    /// Unit vector of a place on a leaf in the body's own axes.
+    /// Unit direction of a point on a leaf, in the body's own axes.
     #[inline]
     pub fn direction(&self, triangle: u32, at: [f64; 2]) -> DVec3 {
         direction_on((triangle - self.triangles.start) as usize, self.turned(at))
     }
 
-    /// The leaf in a direction of the body's own axes, and the weights of its second and third corner.
+    /// Returns the leaf in a direction of the body's own axes, and the weights of its second and third corner.
     #[inline]
     pub fn leaf_at(&self, direction: DVec3) -> (u32, [f64; 2]) {
         let (leaf, at) = leaf_in(direction);
         (self.triangles.start + leaf as u32, self.turned(at))
     }
 
-    /// The place in m in a direction of the body's own axes, and the unit normal of its outside.
+    /// Returns the position in m in a direction of the body's own axes, and the unit normal of the outside there.
     ///
     /// Source: docs/methods.md (31), (32).
     #[inline]
@@ -167,14 +167,14 @@ impl Body {
         (self.center_m + self.turn * (radius_m * direction), self.turn * normal)
     }
 
-    /// A place on a leaf in m, and the unit normal of its front.
+    /// Returns the position of a point on a leaf in m, and the unit normal of the front there.
     #[inline]
     pub fn place(&self, triangle: u32, at: [f64; 2]) -> (DVec3, DVec3) {
         let (place_m, normal) = self.place_in(self.direction(triangle, at));
         (place_m, if self.inward { -normal } else { normal })
     }
 
-    /// Area over solid angle at a place on a leaf, in m²/sr: r √(r² + |∇r|²).
+    /// Area per solid angle at a point on a leaf, in m²/sr: r √(r² + |∇r|²).
     ///
     /// Source: docs/methods.md (33).
     #[inline]
@@ -182,7 +182,7 @@ impl Body {
         density_m2_sr(&self.series, self.direction(triangle, at))
     }
 
-    /// Probability with which a place drawn evenly over a leaf's solid angle is kept, so that all areas are alike.
+    /// Probability of keeping a point that was drawn evenly over a leaf's solid angle. The kept points are even over the area.
     pub fn keeping(&self, triangle: u32, at: [f64; 2]) -> f64 {
         self.density_m2_sr(triangle, at) / self.densest_m2_sr[(triangle - self.triangles.start) as usize]
     }
@@ -192,18 +192,18 @@ impl Body {
         self.areas_m2[(triangle - self.triangles.start) as usize]
     }
 
-    /// Area in m² of the part of a leaf between three places.
+    /// Area in m² of the part of a leaf between three points.
     ///
-    /// Accuracy: some 1e-6 of it.
+    /// Accuracy: a relative error of some 1e-6.
     pub fn part_area_m2(&self, triangle: u32, [a, b, c]: [[f64; 2]; 3]) -> f64 {
         let share = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
-        // Leaves are widest between cap and first band, where they span √(2 BAND).
+        // Leaves are widest between the cap and the first band. There they span √(2 BAND).
         let span = share.sqrt() * (2.0 * BAND).sqrt();
         let cuts = (span * self.series.degree().max(1) as f64 / QUADRATURE_STEP).ceil().max(2.0) as usize;
         let rule = GaussLegendre::new(4);
         let step = 1.0 / cuts as f64;
         let mut sum = 0.0;
-        // Collapsed squares: the first corner is where lines of equal weight meet, as meridians do at a pole.
+        // The squares are collapsed to triangles. Lines of equal weight meet in the first corner, as meridians do at a pole.
         for i in 0..cuts {
             for (q, weight) in rule.on(i as f64 * step, (i + 1) as f64 * step) {
                 for j in 0..cuts {
@@ -224,7 +224,7 @@ impl Body {
         };
         let rows: Vec<Vec<f64>> = (0..=LOOKS).map(row).collect();
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
-        // Between looks it is larger by no more than what neighbours differ by, where it varies slowly.
+        // The density varies slowly. Between the sampled points it exceeds them by no more than the difference of neighbours.
         let change =
             rows.iter().flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs())).fold(0.0, f64::max);
         largest + change
@@ -235,7 +235,7 @@ impl Body {
         self.over_sphere(|d| density_m2_sr(&self.series, d))
     }
 
-    /// Volume in m³: ∫ r³/3 dω, exact but for rounding.
+    /// Volume in m³: ∫ r³/3 dω, exact except for rounding.
     pub fn volume_m3(&self) -> f64 {
         self.over_sphere(|d| self.series.value_and_slope(d).0.powi(3) / 3.0)
     }
@@ -256,7 +256,7 @@ fn density_m2_sr(series: &HarmonicSeries, direction: DVec3) -> f64 {
     radius_m * (radius_m * radius_m + slope_m.length_squared()).sqrt()
 }
 
-/// The body that a triangle is a leaf of. Bodies stand in the order of their leaves.
+/// Returns the body that has a triangle as a leaf. `bodies` are in the order of their leaves.
 #[inline]
 pub fn body_of<B: AsRef<Body>>(bodies: &[B], triangle: u32) -> Option<&B> {
     let begun = bodies.partition_point(|body| body.as_ref().triangles.start <= triangle);

@@ -1,4 +1,4 @@
-//! What a scene with sky or sun cannot have.
+//! Checks for what a scene with a sky or a sun must not have.
 
 use super::emission::Emission;
 use super::error::SceneError;
@@ -6,7 +6,7 @@ use super::model::{Luminaire, ReceiverSet};
 use super::quantity::Quantity;
 use super::reader::Node;
 
-/// Refuses a second sky, and a second sun.
+/// Refuses a second sky and a second sun.
 pub(super) fn only_one_each(node: &Node, luminaires: &[Luminaire]) -> Result<(), SceneError> {
     only_one_sky(node, luminaires)?;
     only_one_sun(node, luminaires)
@@ -39,7 +39,7 @@ fn only_one_sun(node: &Node, luminaires: &[Luminaire]) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Refuses glare ratings in a scene with a sky: the unified glare rating is not made for windows.
+/// Refuses glare ratings in a scene with daylight: the unified glare rating is not made for windows.
 pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[ReceiverSet]) -> Result<(), SceneError> {
     let has_sky = luminaires.iter().any(|luminaire| luminaire.emission.is_daylight());
     let rated = receivers.iter().find(|set| matches!(set.quantity, Quantity::Glare(_)));

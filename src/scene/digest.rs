@@ -1,4 +1,4 @@
-//! The digest of a scene: what tells that two runs were of the same one.
+//! The digest of a scene. It shows whether two runs computed the same scene.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::bodies::Body;
 use super::{Emission, Luminaire, Scene};
 
-/// Takes in text and bytes.
+/// Receives text and bytes for the digest.
 struct Sink(Sha256);
 
 impl Write for Sink {
@@ -20,21 +20,22 @@ impl Write for Sink {
 }
 
 impl Sink {
-    /// Takes in the bytes of so many things; their count keeps one list from running into the next.
+    /// Adds the bytes of `count` values. The count separates each list from the next one.
     fn bytes<const N: usize>(&mut self, name: &str, count: usize, values: impl Iterator<Item = [u8; N]>) {
         self.text(format_args!("{name} {count}:"));
         values.for_each(|value| self.0.update(value));
     }
 
     fn text(&mut self, text: std::fmt::Arguments) {
-        // Digests take everything.
+        // A digest accepts any text, so writing cannot fail.
         self.write_fmt(text).ok();
     }
 }
 
 impl Scene {
-    /// SHA-256, in hexadecimal digits, of everything that results depend on, down to the last bit of every number: geometry, materials,
-    /// luminaires and receivers as they were read. Where the file lies, how it is laid out, its title, warnings and what reports tell of it do not count.
+    /// Returns the SHA-256 of everything that results depend on, in hexadecimal digits. It covers every bit of every number: geometry,
+    /// materials, luminaires and receivers as they were read. These do not count: the path and layout of the file, its title, its
+    /// warnings, and what reports show.
     pub fn digest(&self) -> String {
         let Scene {
             title: _,
@@ -66,13 +67,13 @@ impl Scene {
         }
         let mut webs = HashMap::new();
         luminaires.iter().for_each(|luminaire| take_luminaire(&mut sink, &mut webs, luminaire));
-        // The shortest decimals of a number are read back to the same bits.
+        // The shortest decimal form of a number reads back to the same bits.
         receivers.iter().for_each(|set| sink.text(format_args!("{set:?}")));
         sink.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
 
-/// Takes in a luminaire; the distribution that many share is taken in once, and then by its number.
+/// Adds a luminaire. A distribution that several luminaires share is added once, and then only its number.
 fn take_luminaire(sink: &mut Sink, webs: &mut HashMap<usize, usize>, luminaire: &Luminaire) {
     let Luminaire { name, luminous_flux_lm, dimming, maintenance_factor, power_w, product: _, emission } = luminaire;
     sink.text(format_args!("{name:?}{luminous_flux_lm:?}{dimming:?}{maintenance_factor:?}{power_w:?}"));

@@ -1,7 +1,7 @@
-//! The elements of a scene: every triangle cut into `n²` congruent parts, numbered in one line.
+//! The elements of a scene: every triangle is cut into `n²` congruent parts, numbered in one sequence.
 //!
-//! Rays meet the triangle as given; the element follows from where in the triangle they hit, so that no splitting
-//! opens a crack or changes a path.
+//! Rays meet the triangle as given. The element follows from the point in the triangle that a ray hits. Cutting therefore opens no crack
+//! and changes no path.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -21,12 +21,12 @@ pub enum Side {
 }
 
 impl Side {
-    /// The sides of a surface that take part.
+    /// The sides of a surface that reflect and are reported.
     pub fn of_surface(two_sided: bool) -> &'static [Side] {
         if two_sided { &[Side::Front, Side::Back] } else { &[Side::Front] }
     }
 
-    /// The other one.
+    /// Returns the opposite side.
     #[inline]
     pub fn other(self) -> Side {
         match self {
@@ -35,7 +35,7 @@ impl Side {
         }
     }
 
-    /// Name as tables write it.
+    /// Name as in tables.
     pub fn name(self) -> &'static str {
         match self {
             Side::Front => "front",
@@ -44,11 +44,11 @@ impl Side {
     }
 }
 
-/// Numbers every element side of a scene: triangle by triangle, those of the front first, then those of the back of
-/// two-sided surfaces. The parts of triangles may be cut further, into leaves: these are the elements then.
+/// Numbers every element side of a scene, triangle by triangle: first the front, then the back if the surface is two-sided. The parts of
+/// triangles may be cut further into leaves. The leaves are then the elements.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Elements {
-    /// First uncut element side of every triangle, and the number of all behind them.
+    /// Number of the first uncut element side of every triangle, then the total number of them.
     #[serde(skip)]
     first_of_triangle: Vec<u32>,
     #[serde(skip)]
@@ -58,7 +58,7 @@ pub struct Elements {
     leaves: Option<Leaves>,
 }
 
-/// One element side: where it is and what it belongs to.
+/// One element side: its position and what it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementSide {
     /// Triangle of the scene.
@@ -67,12 +67,12 @@ pub struct ElementSide {
     pub part: u32,
     /// Front or back.
     pub side: Side,
-    /// Where in the part, if that is cut into leaves.
+    /// Path of the leaf within the part, if the part is cut into leaves.
     path: u32,
 }
 
 impl ElementSide {
-    /// How often the part was cut to get here.
+    /// How often the part was cut to get this leaf.
     pub fn cuts(&self) -> u32 {
         cuts_of(self.path)
     }
@@ -93,14 +93,14 @@ impl Elements {
         Elements { first_of_triangle, divisions: scene.divisions.clone(), two_sided, leaves: None }
     }
 
-    /// Takes the numbering of the scene from its own elements: of what was kept of these only the leaves were written.
+    /// Copies the numbering of the scene from `of_scene`. Stored elements contain only the leaves.
     pub fn take_numbering(&mut self, of_scene: &Elements) {
         self.first_of_triangle.clone_from(&of_scene.first_of_triangle);
         self.divisions.clone_from(&of_scene.divisions);
         self.two_sided.clone_from(&of_scene.two_sided);
     }
 
-    /// The same with every element cut as many times over as `cuts` says, both sides of a surface alike.
+    /// Returns these elements with each one cut as often as `cuts` says. Both sides of a surface get the same cuts.
     pub fn cut(&self, cuts: impl Fn(u32) -> u32) -> Elements {
         let parts = self.uncut_len();
         let mirrored = |part: u32| {
@@ -115,7 +115,7 @@ impl Elements {
             }
         };
         let wanted = |part: u32, path: u32| {
-            // A piece is cut if it was cut before, or if the leaf that holds it has cuts left there.
+            // A piece is cut if it was cut before, or if the leaf that holds it has cuts left.
             match &self.leaves {
                 Some(leaves) if leaves.is_cut(part, path) => true,
                 Some(leaves) => {
@@ -129,7 +129,7 @@ impl Elements {
         Elements { leaves: Some(leaves), ..self.clone() }
     }
 
-    /// The same with what was cut joined again to edges of about so many m, √(2 A), where it was cut as finely as that.
+    /// Returns coarser elements: a piece stays cut only if its edge √(2 A) is longer than `most_edge_m`. No element gets finer.
     pub fn joined(&self, scene: &Scene, most_edge_m: f64) -> Elements {
         let edge_m = |part: u32| {
             let (triangle, _) = self.uncut(part);
@@ -141,7 +141,7 @@ impl Elements {
         Elements { leaves: Some(Leaves::of(self.uncut_len(), is_cut)), ..self.clone() }
     }
 
-    /// The same cut further where others of the same scene are finer.
+    /// Returns these elements with the cuts of `other` added, for elements of the same scene.
     pub fn cut_like(&self, other: &Elements) -> Elements {
         let is_cut = |part: u32, path: u32| self.is_cut(part, path) || other.is_cut(part, path);
         Elements { leaves: Some(Leaves::of(self.uncut_len(), is_cut)), ..self.clone() }
@@ -165,7 +165,7 @@ impl Elements {
         self.leaves.as_ref().map_or(uncut, |leaves| leaves.first_of(uncut))
     }
 
-    /// Triangle of an uncut element, and its number there.
+    /// Returns the triangle of an uncut element, and the element's number within that triangle.
     fn uncut(&self, uncut: u32) -> (usize, u32) {
         let triangle = self.first_of_triangle.partition_point(|first| *first <= uncut) - 1;
         (triangle, uncut - self.first_of_triangle[triangle])
@@ -176,8 +176,8 @@ impl Elements {
         self.len() == 0
     }
 
-    /// The element side in which a triangle was hit at barycentric coordinates `(u, v)` (weights of its second and third
-    /// corner), or `None` for the back of a one-sided surface.
+    /// Returns the element side that a hit belongs to, or `None` for the back of a one-sided surface. `at` holds the barycentric
+    /// coordinates `(u, v)` in the triangle: the weights of its second and third corner.
     #[inline]
     pub fn element_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<u32> {
         let uncut = self.first_uncut(triangle, side)? + part_at(self.divisions[triangle as usize], at[0], at[1]);
@@ -187,7 +187,7 @@ impl Elements {
         }
     }
 
-    /// The same, and where in the element: the weights of its second and third corner.
+    /// As `element_at`, with the position in the element: the weights of its second and third corner.
     #[inline]
     pub fn place_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<(u32, [f64; 2])> {
         let divisions = self.divisions[triangle as usize];
@@ -207,7 +207,7 @@ impl Elements {
         }
     }
 
-    /// What a number stands for.
+    /// Returns the element side of a number.
     pub fn element(&self, index: u32) -> ElementSide {
         let (uncut, path) = self.leaves.as_ref().map_or((index, WHOLE), |leaves| leaves.part_and_path(index));
         let (triangle, local) = self.uncut(uncut);
@@ -220,7 +220,7 @@ impl Elements {
         }
     }
 
-    /// The same part of the triangle on its other side; `None` where that is not reported.
+    /// Returns the same part of the triangle on the other side, or `None` if that side has no elements.
     pub fn opposite(&self, index: u32) -> Option<u32> {
         let ElementSide { triangle, part, side, .. } = self.element(index);
         let here = self.first_of(self.first_uncut(triangle, side)? + part);
@@ -228,13 +228,13 @@ impl Elements {
         Some(index - here + there)
     }
 
-    /// The numbers of a triangle, both sides.
+    /// The element numbers of a triangle, both sides.
     pub fn of_triangle(&self, triangle: u32) -> std::ops::Range<u32> {
         self.first_of(self.first_of_triangle[triangle as usize])
             ..self.first_of(self.first_of_triangle[triangle as usize + 1])
     }
 
-    /// The numbers of a surface, both sides.
+    /// The element numbers of a surface, both sides.
     pub fn of_surface(&self, scene: &Scene, surface: SurfaceId) -> std::ops::Range<u32> {
         let triangles = &scene.surfaces[surface as usize].triangles;
         self.first_of(self.first_of_triangle[triangles.start as usize])
@@ -246,7 +246,7 @@ impl Elements {
         corners_of(part_corners(self.divisions[element.triangle as usize], element.part), element.path)
     }
 
-    /// Corners of an element in m, turned like its triangle's front.
+    /// Corners of an element in m, in the same sense of rotation as the front of its triangle.
     pub fn corners_m(&self, scene: &Scene, element: ElementSide) -> [DVec3; 3] {
         if let Some(body) = body_of(&scene.bodies, element.triangle) {
             return self.corners(&element).map(|at| body.place(element.triangle, at).0);
@@ -282,7 +282,8 @@ impl Elements {
     }
 }
 
-/// Parts are numbered in rows of constant v: row `j` has `2(n − j) − 1` parts, upright and upside-down in turn.
+/// Returns the number of the part at a point. Parts are numbered in rows of constant v. Row `j` has `2(n − j) − 1` parts, upright and
+/// upside-down in turn.
 #[inline]
 pub fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     if divisions == 1 {
@@ -295,14 +296,14 @@ pub fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     row * (2 * divisions - row) + 2 * column + u32::from(upside_down)
 }
 
-/// Where in its part a point of a triangle lies: the weights of the part's second and third corner.
+/// Position of a triangle's point within its part: the weights of the part's second and third corner.
 #[inline]
 fn inner_at(divisions: u32, [u, v]: [f64; 2]) -> [f64; 2] {
     let n = f64::from(divisions);
     let row = ((v * n) as u32).min(divisions - 1);
     let column = ((u * n) as u32).min(divisions - 1 - row);
     let (a, b) = (u * n - f64::from(column), v * n - f64::from(row));
-    // The same question as that of `part_at`.
+    // The same test as in `part_at`.
     if column < divisions - 1 - row && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] }
 }
 
@@ -349,7 +350,7 @@ mod tests {
             "luminaires": [ { "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 } ] }"#;
         let scene = crate::scene_from_json(text, None, std::path::Path::new(".")).expect("the table is valid");
         let given = Elements::of(&scene);
-        // Twice: what was cut stays cut, and the back follows the front.
+        // Cut twice: earlier cuts remain, and the back gets the cuts of the front.
         let once = given.cut(|element| u32::from(element == 1));
         let cut = once.cut(|element| if element == 3 { 2 } else { 0 });
         assert_eq!(once.len(), given.len() + 2 * 3);

@@ -1,8 +1,9 @@
-//! The kinds of luminaires: what the scene holds of each, its type and keys in the file with their schema, how it is read, and
-//! what whoever asks is told of it: where it stands, where it aims, what it is called. A new kind is told here alone in this room.
+//! The kinds of luminaires: the data of each kind, its type and keys in the file with their schema, and how it is read. This file also
+//! answers what other rooms need from a luminaire: position, aim and name. A new kind is added in this file alone, as far as this room
+//! goes.
 //!
-//! What is asked of all kinds stands in `emission/facts.rs`, their keys in `luminaire_keys.rs`, what several are read by in
-//! `luminaire_reading.rs`. How each shines is told in `sampling/emitter/`.
+//! `emission/facts.rs` holds the questions that all kinds answer, `luminaire_keys.rs` the keys, and `luminaire_reading.rs` the reading
+//! that several kinds share. `sampling/emitter/` describes how each kind emits.
 
 mod facts;
 
@@ -25,7 +26,7 @@ use super::vectors::photometric_frame;
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 
-/// A luminaire type: its name in files, the keys of it alone, whether it comes in arrays, and how it is read.
+/// A luminaire type: its name in files, its own keys, whether it may form arrays, and how it is read.
 struct LuminaireType {
     name: &'static str,
     keys: &'static [&'static str],
@@ -33,7 +34,7 @@ struct LuminaireType {
     read: fn(&mut LuminaireReading) -> Result<Shining, SceneError>,
 }
 
-/// The luminaire types. A luminous surface stands where it stands, and so do sky and sun: these come in no arrays.
+/// The luminaire types. Luminous surfaces have a fixed position, and so do sky and sun: these form no arrays.
 const LUMINAIRE_TYPES: [LuminaireType; 7] = [
     LuminaireType {
         name: "point",
@@ -80,12 +81,12 @@ pub(super) const TYPES: [&str; LUMINAIRE_TYPES.len()] = {
     names
 };
 
-/// Keys of a type alone: its place in [`TYPES`].
+/// Keys of a type in addition to the common ones. `kind` is the index in [`TYPES`].
 pub(super) fn own_keys(kind: usize) -> &'static [&'static str] {
     LUMINAIRE_TYPES[kind].keys
 }
 
-/// Whether a type comes in arrays.
+/// Whether luminaires of a type may form arrays.
 pub(super) fn comes_in_arrays(kind: usize) -> bool {
     LUMINAIRE_TYPES[kind].in_arrays
 }
@@ -147,21 +148,21 @@ pub(super) enum LuminaireKind {
 pub enum Emission {
     /// A point with the same intensity in every direction.
     Isotropic {
-        /// Place in m.
+        /// Position in m.
         position_m: DVec3,
         /// Maintained intensity in cd.
         intensity_cd: f64,
     },
-    /// A point with I = I₀ cos γ about its axis, nothing behind.
+    /// A point with I = I₀ cos γ about its axis. It emits nothing to the back.
     Lambertian {
-        /// Place in m.
+        /// Position in m.
         position_m: DVec3,
         /// Unit vector of γ = 0.
         axis: DVec3,
         /// Maintained intensity on the axis in cd.
         intensity_cd: f64,
     },
-    /// A measured distribution, emitted alike by every part of the luminous opening.
+    /// A measured distribution. Every part of the luminous opening emits it in the same way.
     Photometric {
         /// Centre of the luminous opening in m.
         position_m: DVec3,
@@ -169,9 +170,9 @@ pub enum Emission {
         frame: [DVec3; 3],
         /// The distribution in cd as the file gives it (initial, undimmed).
         web: Arc<IntensityWeb>,
-        /// The luminous opening; it is no obstacle.
+        /// The luminous opening. It does not block light.
         opening: Opening,
-        /// Maintained intensity over the web's: dimming × maintenance factor.
+        /// Ratio of the maintained intensity to the web's intensity: dimming × maintenance factor.
         scale: f64,
     },
     /// Uniform diffuse emission of surfaces.
@@ -194,7 +195,7 @@ pub enum Emission {
         /// Maintained exitance in lm/m².
         exitance_lm_m2: f64,
     },
-    /// A flat ring that is uniformly bright on one side; it is no obstacle.
+    /// A flat ring that is uniformly bright on one side. It does not block light.
     Ring {
         /// Centre in m.
         center_m: DVec3,
@@ -211,7 +212,7 @@ pub enum Emission {
         sky: Arc<Sky>,
         /// Where the light enters the scene.
         openings: Arc<Openings>,
-        /// What daylight factors are held against.
+        /// Targets for the daylight factors.
         targets: DaylightTargets,
     },
     /// The sun's disk, at infinity.
@@ -224,7 +225,7 @@ pub enum Emission {
 }
 
 impl Emission {
-    /// What others ask of each kind; what an arm leaves out, its kind has not.
+    /// Facts of each kind that others need. A kind does not have the facts that its arm leaves out.
     fn facts(&self) -> EmissionFacts<'_> {
         let none = EmissionFacts::default();
         match self {
@@ -293,9 +294,9 @@ impl Emission {
         }
     }
 
-    /// Closed lines in m that a plan draws beside its symbol.
+    /// Closed lines in m that a plan draws in addition to the symbol.
     pub fn outlines_m(&self) -> Vec<Vec<DVec3>> {
-        /// Corners that stand for a circle.
+        /// Number of corners that approximate a circle.
         const CORNERS: u32 = 72;
         let EmissionFacts { place_m: Some(center_m), half_axes_m: Some([u_m, v_m]), hole, .. } = self.facts() else {
             return Vec::new();
@@ -308,7 +309,7 @@ impl Emission {
         [hole, 1.0].into_iter().filter(|scale| *scale > 0.0).map(ellipse).collect()
     }
 
-    /// Moves what stands somewhere; surfaces stand where they are.
+    /// Moves a luminaire that has a position. Luminous surfaces do not move.
     pub(super) fn shift(&mut self, offset_m: DVec3) {
         match self {
             Emission::Isotropic { position_m, .. }
@@ -321,24 +322,24 @@ impl Emission {
     }
 }
 
-/// What was read of a luminaire.
+/// Result of reading a luminaire.
 pub(super) struct Shining {
     pub luminous_flux_lm: f64,
     pub emission: Emission,
     pub product: Option<Arc<Product>>,
-    /// As its photometric file says.
+    /// Electric power in W, from the photometric file.
     pub power_w: Option<f64>,
 }
 
 impl Shining {
-    /// What no photometric file tells of.
+    /// Makes a result without a photometric file: no product and no power.
     pub fn of(luminous_flux_lm: f64, emission: Emission) -> Shining {
         Shining { luminous_flux_lm, emission, product: None, power_w: None }
     }
 }
 
 impl LuminaireReading<'_> {
-    /// Reads a luminaire of a type: its place in [`TYPES`].
+    /// Reads a luminaire of a type. `kind` is the index in [`TYPES`].
     pub fn read(&mut self, kind: usize) -> Result<Shining, SceneError> {
         (LUMINAIRE_TYPES[kind].read)(self)
     }
@@ -348,7 +349,7 @@ impl LuminaireReading<'_> {
         let distribution = self.fields.get("distribution").map_or(Ok(0), |node| node.choice(&DISTRIBUTIONS))?;
         let axis = self.aim()?;
 
-        // Φ = 4πI of an isotropic point, and ∫ I₀ cos γ dΩ = πI₀ of one that follows Lambert's law.
+        // Φ = 4πI for an isotropic point, and ∫ I₀ cos γ dΩ = πI₀ for a point that follows Lambert's law.
         let flux_over_intensity_sr = [4.0 * PI, PI][distribution];
         let (which, node) = self.fields.one_of(["intensity_cd", "luminous_flux_lm"])?;
         let given = self.maintained * node.at_least_zero(["the intensity", "the luminous flux"][which])?;

@@ -1,24 +1,24 @@
-//! Reads `energy`: how long and how much of the installed power a year's lighting takes, as far as its user knows.
+//! Reads `energy`: hours of use and factors of the installed power that the energy of a year follows from, as far as the user gives them.
 
 use super::error::SceneError;
 use super::reader::Node;
 
-/// What LENI is computed from besides the luminaires' power; see docs/methods.md, section 25.
+/// Data for LENI besides the luminaires' power; see docs/methods.md, section 25.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
-    /// Hours of use in a year by daylight and without it.
+    /// Hours of use in a year by daylight.
     pub day_hours: f64,
-    /// The same without daylight.
+    /// Hours of use in a year without daylight.
     pub night_hours: f64,
-    /// F_C: what control for constant illuminance leaves of the power, mean over the years.
+    /// F_C: share of the power that remains with control for constant illuminance, mean over the years.
     pub constant_illuminance_factor: f64,
-    /// F_O: what control by presence leaves of the hours.
+    /// F_O: share of the hours that remains with control by presence.
     pub occupancy_factor: f64,
-    /// F_D: what control by daylight leaves of the hours by day.
+    /// F_D: share of the hours by day that remains with control by daylight.
     pub daylight_factor: f64,
-    /// What controls on standby and the charging of batteries take in a year, in kWh for each m².
+    /// Energy for controls on standby and for charging batteries in a year, in kWh per m².
     pub standby_kwh_m2: f64,
-    /// Area in m² that counts; `None`: the floor's.
+    /// Area in m² that LENI refers to; `None`: the floor's.
     pub area_m2: Option<f64>,
 }
 
@@ -33,11 +33,11 @@ pub(super) const KEYS: [&str; 7] = [
     "area_m2",
 ];
 
-/// Hours in a year.
+/// Most hours in a year (a leap year).
 const YEAR_HOURS: f64 = 8784.0;
 
 impl Default for Energy {
-    /// Hours that are typical of offices, no saving by controls, no standby.
+    /// Hours that are typical of offices, without savings by controls and without standby.
     fn default() -> Energy {
         Energy {
             day_hours: 2250.0,
@@ -52,7 +52,7 @@ impl Default for Energy {
 }
 
 impl Energy {
-    /// LENI in kWh a year for each m², by the quick method of EN 15193: installed power in W, area in m².
+    /// LENI in kWh per year and m², by the quick method of EN 15193. The installed power is in W, the area in m².
     ///
     /// Source: docs/methods.md (30).
     pub fn leni_kwh_m2(&self, installed_w: f64, area_m2: f64) -> f64 {
@@ -94,7 +94,7 @@ pub(super) fn read(node: &Node) -> Result<Energy, SceneError> {
 mod tests {
     use super::Energy;
 
-    /// By hand: 500 W for (2000·0.7 + 500)·0.9·0.8 h are 684 kWh, on 40 m² 17.1 kWh/m², and 1.5 on standby.
+    /// By hand: 500 W for (2000·0.7 + 500)·0.9·0.8 h are 684 kWh. On 40 m² this is 17.1 kWh/m², and standby adds 1.5.
     #[test]
     fn leni_is_what_is_worked_out_by_hand() {
         let energy = Energy {

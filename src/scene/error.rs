@@ -1,36 +1,35 @@
-//! What a refused scene file tells its author: where, what, got, expected, and a way out.
+//! The message for a refused scene file: where, what, got, expected, and a remedy.
 
 use std::fmt;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// A scene file, or a file that it names, that cannot be read; nothing of it is used.
+/// A scene file, or a file that it names, that cannot be read. Nothing of it is used.
 ///
-/// Its fields are those of [`Refusal`]; `Display` writes them out over several lines, with the line of the file and a
-/// caret below the place.
+/// Its fields are those of [`Refusal`]. `Display` writes them over several lines, with the line of the file and a caret below the error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneError(Box<Refusal>);
 
-/// Everything that a refusal says.
+/// All fields of a refusal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
-    /// The file in which the fault lies: the scene file, or the mesh, points or photometric file that it names.
+    /// The file that contains the error: the scene file, or the mesh, points or photometric file that it names.
     pub path: PathBuf,
-    /// Where in that file; `None` where the file as a whole is at fault (missing, unreadable).
+    /// Position in that file; `None` if the file as a whole is wrong (missing, unreadable).
     pub place: Option<TextPlace>,
-    /// Which entry of the scene file asked for this file, where the fault lies in another one.
+    /// The entry of the scene file that names this file, if the error is in another file than the scene file.
     pub named_by: Option<String>,
     /// What is wrong, in one sentence.
     pub what: String,
-    /// What stands in the file.
+    /// What the file contains.
     pub got: String,
-    /// What could stand there.
+    /// What the file could contain.
     pub expected: String,
     /// What to do about it.
     pub remedy: String,
 }
 
-/// A place in a text file.
+/// A position in a text file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextPlace {
     /// Line, counted from 1.
@@ -39,17 +38,17 @@ pub struct TextPlace {
     pub column: usize,
     /// Path to the value inside the JSON, such as `geometry[0].min[1]`; empty at the top and in files that are not JSON.
     pub json_path: String,
-    /// The line's text, or the part of it around the place.
+    /// The text of the line, or the part of it around the position.
     pub excerpt: String,
-    /// Characters of the excerpt before the place.
+    /// Number of characters of the excerpt before the position.
     pub indent: usize,
-    /// Characters that the place is long, at least 1.
+    /// Length of the marked text in characters, at least 1.
     pub length: usize,
 }
 
-/// Longest excerpt of a line that a message shows, in characters.
+/// Longest excerpt of a line in a message, in characters.
 const EXCERPT_CHARACTERS: usize = 110;
-/// Characters of a long line that are shown before the place.
+/// Number of characters of a long line that a message shows before the position.
 const EXCERPT_BEFORE: usize = 50;
 
 impl SceneError {
@@ -57,7 +56,7 @@ impl SceneError {
         SceneError(Box::new(refusal))
     }
 
-    /// A refusal of a file as a whole.
+    /// Makes a refusal of a file as a whole.
     pub(super) fn of_file(path: &Path, what: String, got: String, expected: &str, remedy: &str) -> SceneError {
         SceneError::new(Refusal {
             path: path.to_path_buf(),
@@ -85,7 +84,8 @@ impl Deref for SceneError {
 }
 
 impl TextPlace {
-    /// The place of a byte range of a text; a range past the end is moved to the end, and off the middle of characters.
+    /// Returns the position of a byte range of a text. A range past the end moves to the end. A bound within a character moves to its
+    /// start.
     pub(super) fn of(text: &str, start: usize, end: usize, json_path: &str) -> TextPlace {
         let floor = |mut byte: usize| {
             byte = byte.min(text.len());
@@ -101,7 +101,7 @@ impl TextPlace {
         let before = text[line_start..start].chars().count();
         let length = text[start..end.min(line_end)].chars().count().max(1);
 
-        // A minified file is one endless line: show only what surrounds the place.
+        // A minified file is one endless line, so the excerpt shows only the text around the position.
         let skipped = before.saturating_sub(EXCERPT_BEFORE);
         let excerpt: String = text[line_start..line_end]
             .chars()

@@ -1,35 +1,35 @@
-//! The grid on a surface by which its least and greatest illuminance and its uniformities are told.
+//! The grid on a surface that gives its least and greatest illuminance and its uniformities.
 //!
-//! EN 12464-1 gives the distance of the grid's points; each point stands for a cell about it, and the illuminance there is the mean
-//! over what of the surface lies in the cell. So these numbers do not depend on how finely a surface happens to be cut.
+//! EN 12464-1 gives the distance of the grid points. Each point stands for a cell about it. The illuminance there is the mean over the
+//! part of the surface that lies in the cell. So these numbers do not depend on how finely a surface is cut.
 
 use super::elements::{Elements, Side};
 use super::model::{Scene, SurfaceId};
 use super::surface_grid::{PointSpacing, Rectangle};
 
-/// A surface whose grid would have more cells than this has none: it is a thread.
+/// Most cells of a grid. A surface that needs more is as thin as a thread and has no grid.
 const MOST_CELLS: f64 = 100_000.0;
-/// Elements larger than this share of a cell smooth what the cell should tell.
+/// Largest element as a share of a cell. Larger elements smooth out differences between cells.
 const LARGEST_ELEMENT: f64 = 0.25;
-/// A cell counts where at least this share of it is surface that shows.
+/// Least share of a cell's area that must be visible surface for the cell to count.
 const LEAST_FILLED: f64 = 0.5;
-/// A part of a cell below this share of it is rounding.
+/// Least part of a cell, as a share of it. A smaller part is rounding.
 const LEAST_PART: f64 = 1e-9;
 
-/// What of an element lies in a cell of a grid.
+/// The part of an element that lies in a cell of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridPart {
     /// Number of the element side.
     pub element: u32,
-    /// Area in m² that shows.
+    /// Visible area in m².
     pub area_m2: f64,
-    /// What the element's mean illuminance is to be multiplied by to be that of what shows.
+    /// Factor from the mean illuminance of the element to that of its visible part.
     pub scale: f64,
     /// Centroid of the part in the element: the weights of the second and third corner.
     pub at: [f64; 2],
 }
 
-/// The cells of a grid that count, each as parts of elements.
+/// The cells of a grid that count, each as a list of element parts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EvaluationGrid {
     /// Parts of every cell.
@@ -41,31 +41,33 @@ pub struct EvaluationGrid {
 }
 
 impl EvaluationGrid {
-    /// Leaves out cells of which less than half shows.
+    /// Removes the cells of which less than half is visible.
     pub fn leave_out_covered(&mut self) {
         let least_m2 = LEAST_FILLED * self.cell_m2;
         self.cells.retain(|parts| shown_m2(parts) >= least_m2);
     }
 }
 
-/// Area that shows of the parts of a cell.
+/// Visible area in m² of the parts of a cell.
 fn shown_m2(parts: &[GridPart]) -> f64 {
     parts.iter().map(|part| part.area_m2).sum()
 }
 
-/// How large the elements of a grid may be.
+/// Limit of the size of elements in a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ElementSizes {
-    /// However large: a grid tells whether they are larger than a quarter of its cells.
+    /// No limit. The grid reports whether elements are larger than a quarter of a cell.
     Any,
-    /// Up to that. Larger ones are found at the first cell that lies in one: of ten thousand panes of two elements each no grid is made.
+    /// Up to a quarter of a cell. The search stops at the first cell within a larger element. This saves the grids of, say, ten thousand
+    /// panes of two elements each.
     Fine,
 }
 
-/// The grid of EN 12464-1 on one side of a flat surface, its cells filled with the parts of the elements that lie there.
+/// Makes the grid of EN 12464-1 on one side of a flat surface, its cells filled with the parts of the elements in them.
 ///
-/// `exposed` is the share that shows of every element side, and `scale` what its mean is to be multiplied by to be that of what shows.
-/// `None` where the surface is not flat, is smaller than four cells, nothing of it shows, or elements are larger than they may be.
+/// `exposed` returns two numbers for an element side: its visible share, and the factor from its mean to that of its visible part.
+/// Returns `None` if the surface is not flat, has fewer than two rows or columns of cells or more than `MOST_CELLS` cells, has no cell of
+/// which half is visible, or has elements larger than `sizes` allows.
 pub fn evaluation_grid(
     scene: &Scene,
     elements: &Elements,
@@ -134,10 +136,10 @@ pub fn evaluation_grid(
     is_wanted.then_some(EvaluationGrid { cells, cell_m2, is_finer_than_elements })
 }
 
-/// Corners that a triangle has at most once four lines have cut it: 7, and room for what rounding adds.
+/// Most corners of a triangle after four cuts along lines: 7, and some more for rounding.
 const MOST_CORNERS: usize = 12;
 
-/// A convex polygon of few corners.
+/// A convex polygon with few corners.
 #[derive(Clone, Copy, Default)]
 struct ConvexCorners {
     corners: [[f64; 2]; MOST_CORNERS],
@@ -146,7 +148,7 @@ struct ConvexCorners {
 
 impl ConvexCorners {
     fn add(&mut self, spot: [f64; 2]) {
-        // Rounding makes a line cross a convex ring more than twice where it nearly runs along a side.
+        // Rounding can make a line cross a convex polygon more than twice, if it nearly runs along a side.
         if self.len < MOST_CORNERS {
             self.corners[self.len] = spot;
             self.len += 1;
@@ -158,7 +160,7 @@ impl ConvexCorners {
     }
 }
 
-/// Area of a triangle within the unit square at a corner, and the centroid of what is there; `None` where they do not meet.
+/// Returns the area of a triangle within the unit square at `low`, and the centroid of that part; `None` if they do not overlap.
 ///
 /// The triangle is cut along the four sides of the square, one after the other (Sutherland and Hodgman 1974).
 pub(super) fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
@@ -191,7 +193,7 @@ pub(super) fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f6
     (area > LEAST_PART).then(|| (area, [0, 1].map(|k| low[k] + first[k] + moment[k] / area)))
 }
 
-/// The weights that the second and third corner of a triangle have at a point of its plane.
+/// Weights of the second and third corner of a triangle at a point of its plane.
 fn weights_of([a, b, c]: [[f64; 2]; 3], spot: [f64; 2]) -> [f64; 2] {
     let [p, q, r] = [b, c, spot].map(|to| [to[0] - a[0], to[1] - a[1]]);
     let twice_area = p[0] * q[1] - p[1] * q[0];
@@ -214,8 +216,8 @@ mod tests {
         (scene, grid)
     }
 
-    /// Every cell is full, whatever the elements, and the mean over its parts of a function that is linear in the place is that of
-    /// the cell: the centroids of the parts are right.
+    /// Every cell is full, whatever the elements. The centroids of the parts are right: the mean over the parts of any linear function is
+    /// that of the cell.
     #[test]
     fn cells_are_filled_by_the_parts_of_elements() {
         for edge_m in ["", r#", "max_element_edge": 0.31"#, r#", "max_element_edge": 0.07"#] {
@@ -242,7 +244,7 @@ mod tests {
         }
     }
 
-    /// Where elements are too large for a grid that is found at the first of them, and where they are not the grid is the same.
+    /// Too large elements are found at the first of them. Otherwise the grid is the same as without a limit.
     #[test]
     fn a_grid_finer_than_elements_is_given_up_at_once() {
         for (edge_m, is_fine) in [("", false), (r#", "max_element_edge": 0.31"#, true)] {
@@ -259,14 +261,14 @@ mod tests {
         }
     }
 
-    /// A speck has no uniformity.
+    /// A tiny surface has no grid.
     #[test]
     fn a_surface_smaller_than_the_grid_has_none() {
         assert!(grid("", "[0.004,0,0]", "[0,0.004,0]").1.is_none());
         assert!(grid("", "[0.4,0,0]", "[0,0.4,0]").1.is_some());
     }
 
-    /// Cells of which less than half shows are left out: half of the table, cut along its diagonal.
+    /// Cells of which less than half is visible do not count: here half of the table, cut along its diagonal.
     #[test]
     fn covered_cells_do_not_count() {
         let (scene, _) = grid("", "[3,0,0]", "[0,2,0]");

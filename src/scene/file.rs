@@ -18,12 +18,12 @@ pub(super) const KEYS: [&str; 9] =
 /// The version of the file format that this program reads.
 pub(super) const VERSION: f64 = 1.0;
 
-/// Reads a scene file and the mesh, points and photometric files that it names; `complete` looks at the whole, refuses what
-/// cannot be computed, and adds what follows from it.
+/// Reads a scene file and the mesh, points and photometric files that it names. `complete` checks the whole scene, refuses what cannot be
+/// computed, and adds derived data.
 ///
 /// # Errors
 ///
-/// Anything that the file format refuses, with the place, what was expected and a remedy.
+/// Anything that the file format refuses. The error gives the position, what was expected and a remedy.
 pub(crate) fn read_with(
     path: &Path,
     complete: impl FnOnce(&mut Scene, &WrittenGeometry) -> Result<(), SceneError>,
@@ -33,15 +33,15 @@ pub(crate) fn read_with(
     from_json_with(&text, Some(path), &base_dir, complete)
 }
 
-/// What the file says of a scene's geometry as a whole.
+/// Information of the file on the scene's geometry as a whole.
 pub(crate) struct WrittenGeometry<'a> {
-    /// The list of geometries, for refusals at their place.
+    /// The list of geometries, for the positions of refusals.
     pub geometry: Node<'a>,
     /// The unit of all lengths in the file.
     pub unit: LengthUnit,
 }
 
-/// The same from the text of a scene file; files that it names are relative to `base_dir`.
+/// As `read_with`, from the text of a scene file. File names in it are relative to `base_dir`.
 ///
 /// # Errors
 ///
@@ -52,7 +52,7 @@ pub(crate) fn from_json_with(
     base_dir: &Path,
     complete: impl FnOnce(&mut Scene, &WrittenGeometry) -> Result<(), SceneError>,
 ) -> Result<Scene, SceneError> {
-    // Editors on Windows like to begin a text with a byte-order mark.
+    // Editors on Windows often begin a text with a byte-order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     under_way::begin("the scene file", 0);
     let source = Source { text, path: path.unwrap_or(Path::new("scene")) };
@@ -60,7 +60,7 @@ pub(crate) fn from_json_with(
     let root = Node::root(&source, &value);
     let fields = root.fields("a scene file")?;
 
-    // The version first: what else is wrong with a file of another version is beside the point.
+    // The version comes first: other errors are irrelevant in a file of another version.
     let version = fields.need("version", "1")?;
     if version.number()? != VERSION {
         let what = "a scene file of another version";

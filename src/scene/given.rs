@@ -1,4 +1,4 @@
-//! Meshes and points whose numbers stand in the scene file itself, as programs write them.
+//! Meshes and points with their numbers in the scene file itself, as programs write them.
 
 use glam::DVec3;
 
@@ -12,10 +12,10 @@ use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 use super::vectors::direction;
 
-/// Numbers of a point: place and normal, and with its area.
+/// Count of the numbers of a point: position and normal, without and with its area.
 const POINT: [usize; 2] = [6, 7];
 
-/// Refuses a key that has no meaning beside another one.
+/// Refuses a key that has no meaning together with another one.
 fn refuse_beside(fields: &Fields, key: &str, other: &str, expected: &str) -> Result<(), SceneError> {
     let Some(node) = fields.get(key) else { return Ok(()) };
     Err(node.refuse_as(
@@ -26,11 +26,11 @@ fn refuse_beside(fields: &Fields, key: &str, other: &str, expected: &str) -> Res
     ))
 }
 
-/// The vertices of a mesh that stands in the scene file; `None` for one in a file of its own.
+/// Returns the vertices of a mesh in the scene file, or `None` for a mesh in a file of its own.
 ///
 /// # Errors
 ///
-/// Both, neither, or half of it.
+/// `"file"` together with `"vertices"`, or `"faces"` without `"vertices"`.
 pub(super) fn vertices<'a>(fields: &Fields<'a>) -> Result<Option<Node<'a>>, SceneError> {
     let expected = "either \"file\", or \"vertices\" and \"faces\"";
     let Some(vertices) = fields.get("vertices") else {
@@ -41,7 +41,7 @@ pub(super) fn vertices<'a>(fields: &Fields<'a>) -> Result<Option<Node<'a>>, Scen
     Ok(Some(vertices))
 }
 
-/// Reads a mesh of vertices and faces; the front of a face is where its corners go counter-clockwise.
+/// Reads a mesh of vertices and faces. The corners of a face run counter-clockwise as seen from its front.
 ///
 /// # Errors
 ///
@@ -90,11 +90,11 @@ pub(super) fn mesh(fields: &Fields, vertices: &Node) -> Result<GeometryShape, Sc
     Ok(mesh.finish())
 }
 
-/// The points of a receiver set that stand in the scene file; `None` for those in a file of their own.
+/// Returns the points of a receiver set in the scene file, or `None` for points in a file of their own.
 ///
 /// # Errors
 ///
-/// Both, points that are not six or seven numbers, normals of length 0, areas that are not above 0, no point at all.
+/// Both forms at once, points that are not six or seven numbers, normals of length 0, areas that are not above 0, no point at all.
 pub(super) fn points(fields: &Fields, unit: LengthUnit) -> Result<Option<Vec<ReceiverPoint>>, SceneError> {
     let Some(node) = fields.get("points") else { return Ok(None) };
     refuse_beside(fields, "file", "points", "either \"file\" or \"points\"")?;

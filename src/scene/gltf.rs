@@ -1,7 +1,7 @@
 //! glTF 2.0 and GLB: triangles of all nodes of a scene, in parts by material.
 //!
-//! Metres become the scene's unit, and the upward y of glTF the scene's upward z. Looks are passed over: the scene file
-//! says what materials do to light.
+//! Metres become the scene's unit. The upward y axis of glTF becomes the scene's upward z axis. The reader ignores how materials look:
+//! the scene file gives their reflection.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -22,14 +22,14 @@ use super::mesh_builder::{MeshBuilder, refusal};
 use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 
-/// What a GLB file begins with.
+/// First bytes of a GLB file.
 const MAGIC: &[u8] = b"glTF";
-/// Bytes before the first chunk of a GLB file.
+/// Number of bytes before the first chunk of a GLB file.
 const HEADER_BYTES: u32 = 12;
 /// The version that is read, of glTF and of its container.
 const VERSION: u32 = 2;
 
-/// Reads a mesh. Warnings say what was passed over and matters.
+/// Reads a mesh. Warnings name the ignored parts of the file that matter.
 ///
 /// # Errors
 ///
@@ -66,7 +66,7 @@ fn not_valid(path: &Path, error: &dyn std::fmt::Display) -> SceneError {
     refusal(path, "not valid glTF", error.to_string(), "glTF 2.0")
 }
 
-/// What the text of a file describes.
+/// Parses the JSON text of a file.
 fn described(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
     #[derive(Deserialize)]
     struct Versioned {
@@ -90,8 +90,8 @@ fn of_another_version(path: &Path, version: &str) -> SceneError {
     SceneError::of_file(path, what, format!("version {version}"), "glTF 2.0", remedy)
 }
 
-/// The same with its references checked. The library looks into the accessor of positions before it asks whether that is there: such are
-/// refused first.
+/// Makes a document with checked references. The library reads the accessor of positions before it checks that the accessor exists. This
+/// function therefore refuses missing accessors first.
 fn document(path: &Path, mut root: gltf::json::Root) -> Result<Document, SceneError> {
     gltf_extensions::refuse_unread(path, &mut root)?;
     if let Some(refusal) = gltf_extensions::is_packed(path, &root) {
@@ -109,7 +109,7 @@ fn document(path: &Path, mut root: gltf::json::Root) -> Result<Document, SceneEr
     Document::from_json(root).map_err(|error| not_valid(path, &error))
 }
 
-/// The JSON and, of a GLB file, the binary chunk.
+/// The JSON and, for a GLB file, the binary chunk.
 type Chunks<'b> = (Cow<'b, [u8]>, Option<Cow<'b, [u8]>>);
 
 fn chunks<'b>(path: &Path, bytes: &'b [u8]) -> Result<Chunks<'b>, SceneError> {
@@ -135,13 +135,13 @@ struct GltfReader<'a> {
     unit: LengthUnit,
     buffers: Buffers<'a>,
     mesh: MeshBuilder,
-    /// Vertices and corners looked at so far.
+    /// Number of vertices and corners read so far.
     reads: usize,
-    /// Lines and points.
+    /// Number of primitives that are lines or points.
     passed_over: usize,
-    /// Meshes with bones or targets.
+    /// Number of meshes with bones or morph targets.
     bent: usize,
-    /// Nodes with a mesh that are not of the scene.
+    /// Number of nodes with a mesh that do not belong to the scene.
     aside: usize,
 }
 
@@ -211,7 +211,7 @@ impl GltfReader<'_> {
             return Err(refuse("the nodes ask for too much", got, &format!("at most {MOST_MESH_READS}")));
         }
 
-        // Corners to vertices of the mesh; a transform that mirrors turns triangles round.
+        // Maps corners to vertices of the mesh. A mirroring transform reverses the triangles.
         let mirrors = DMat3::from_mat4(placed).determinant() < 0.0;
         let name = part_name(primitive);
         let mut numbers: Vec<Option<u32>> = vec![None; places.count];
@@ -313,7 +313,7 @@ impl Corners<'_> {
     }
 }
 
-/// The corners of every triangle.
+/// The corners of every triangle, by the primitive's mode.
 fn triples(mode: Mode, corners: usize) -> impl Iterator<Item = [usize; 3]> {
     let count = if mode == Mode::Triangles { corners / 3 } else { corners.saturating_sub(2) };
     (0..count).map(move |triangle| match mode {
@@ -324,8 +324,8 @@ fn triples(mode: Mode, corners: usize) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// What makes a point of three numbers. Whole numbers (KHR_mesh_quantization) are the coordinates themselves, or normalized, where the
-/// greatest stands for 1.
+/// Returns a function that makes a point from the bytes of three numbers. Whole numbers (KHR_mesh_quantization) are the coordinates
+/// themselves, or normalized: then the greatest number stands for 1.
 fn point_reader(kind: DataType, is_normalized: bool) -> impl Fn(&[u8]) -> DVec3 {
     let (size, greatest) = match kind {
         DataType::I8 => (1, f64::from(i8::MAX)),
@@ -358,9 +358,9 @@ fn matrix_of(transform: Transform) -> DMat4 {
     }
 }
 
-/// What a material looks like: it is for the eye, and says little of what the material does to light.
+/// The look of a material. It is meant for the eye and says little about the reflection of light.
 pub(super) struct Appearance {
-    /// Linear red, green and blue; they multiply a texture where there is one.
+    /// Linear red, green and blue. They multiply a texture if there is one.
     pub base_color: [f64; 3],
     pub is_metal: bool,
     pub has_texture: bool,
@@ -368,7 +368,7 @@ pub(super) struct Appearance {
     pub is_emissive: bool,
 }
 
-/// What a file describes, without the numbers of its meshes.
+/// Reads the description in a file, without the numbers of its meshes.
 ///
 /// # Errors
 ///
@@ -378,7 +378,7 @@ pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<Document, SceneEr
     document(path, described(path, &json)?)
 }
 
-/// Looks of all materials by the names of the parts that they make.
+/// Looks of all materials, by the names of the parts that have them.
 pub(super) fn appearances(document: &Document) -> HashMap<String, Appearance> {
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();
@@ -404,7 +404,7 @@ pub(super) fn appearances(document: &Document) -> HashMap<String, Appearance> {
     document.materials().filter_map(appearance).collect()
 }
 
-/// The name of a primitive's material; its number where it has none.
+/// Returns the name of a primitive's material, or its number if it has no name.
 fn part_name(primitive: &Primitive) -> Option<String> {
     material_name(&primitive.material())
 }

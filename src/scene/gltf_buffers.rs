@@ -1,7 +1,7 @@
 //! The bytes that a glTF file refers to: its own, those of files beside it, and those written into the JSON.
 //!
-//! A model comes from others: it reads no file outside its folder and nothing from the network, and every offset and
-//! count is compared with what is there before anything is made of it.
+//! A model may come from strangers. The reader opens no file outside the model's folder and uses no network. It compares every offset and
+//! count with the available bytes before it uses them.
 
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
@@ -19,7 +19,7 @@ use super::parse::{self, LARGEST_FILE_BYTES};
 use super::plain_file::largest_bytes;
 use super::reader::shortened;
 
-/// All buffers of a file, read where they are asked for.
+/// All buffers of a file. Each is read at its first use.
 pub(super) struct Buffers<'a> {
     path: &'a Path,
     /// The second chunk of a GLB file.
@@ -28,7 +28,7 @@ pub(super) struct Buffers<'a> {
     bytes: u64,
 }
 
-/// The elements of an accessor, all of them within their buffer.
+/// The elements of an accessor, all within their buffer.
 pub(super) struct AccessorElements<'b> {
     bytes: &'b [u8],
     stride: usize,
@@ -44,12 +44,12 @@ impl<'b> AccessorElements<'b> {
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of a document; none is read yet.
+    /// Makes the buffers of a document. None is read yet.
     pub fn new(path: &'a Path, document: &Document, binary: Option<&'a [u8]>) -> Buffers<'a> {
         Buffers { path, binary, read: vec![None; document.buffers().len()], bytes: 0 }
     }
 
-    /// Reads the buffer of an accessor if that has not been done.
+    /// Reads the buffer of an accessor, unless it is already read.
     pub fn load(&mut self, accessor: &Accessor) -> Result<(), SceneError> {
         let Some(view) = accessor.view() else { return Ok(()) };
         let buffer = view.buffer();
@@ -72,7 +72,7 @@ impl<'a> Buffers<'a> {
         Ok(())
     }
 
-    /// The elements of an accessor whose buffer is loaded.
+    /// Returns the elements of an accessor whose buffer is loaded.
     pub fn elements(&self, accessor: &Accessor) -> Result<AccessorElements<'_>, SceneError> {
         let refuse = |what: &str, got: String, expected: &str| {
             refusal(self.path, format!("accessor {} {what}", accessor.index()), got, expected)
@@ -144,7 +144,7 @@ impl<'a> Buffers<'a> {
         Ok(Cow::Owned(bytes))
     }
 
-    /// The file of a relative URI, in the folder of the glTF file or below it.
+    /// Returns the path of a relative URI. The file must be in the folder of the glTF file or below it.
     fn file_of(&self, number: usize, uri: &str) -> Result<PathBuf, SceneError> {
         let refuse = |what: &str| {
             let expected = "the name of a file in the folder of the glTF file, or below it";

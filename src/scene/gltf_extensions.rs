@@ -1,4 +1,4 @@
-//! Extensions of glTF: which say nothing of shapes and may be passed over, which are read, and which keep a file from being read.
+//! Extensions of glTF: which ones are ignored because they do not affect shapes, which are read, and which make a file unreadable.
 
 use std::path::Path;
 
@@ -7,11 +7,11 @@ use gltf::json::extensions::ENABLED_EXTENSIONS;
 
 use super::error::SceneError;
 
-/// Positions in whole numbers.
+/// Positions as whole numbers.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
-/// What is read of each of these is all that concerns light.
+/// Extensions that are read. For each of them the reader takes all that concerns light.
 const READ: [&str; 3] = [QUANTIZATION, "KHR_materials_pbrSpecularGlossiness", "KHR_materials_transmission"];
-/// Beginnings of names of what surfaces look like: shaders, materials, textures and how these are stored.
+/// Prefixes of extensions for the look of surfaces: shaders, materials, textures and how these are stored.
 const LOOKS: [&str; 8] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -22,7 +22,7 @@ const LOOKS: [&str; 8] = [
     "ADOBE_materials_",
     "MSFT_packing_",
 ];
-/// Notes on a model and its parts, and lights of the surroundings that are pictures.
+/// Notes on a model and its parts, and image-based lights.
 const NOTES: [&str; 8] = [
     "KHR_xmp",
     "KHR_xmp_json_ld",
@@ -33,11 +33,11 @@ const NOTES: [&str; 8] = [
     "EXT_lights_image_based",
     "KHR_audio_emitter",
 ];
-/// Lamps: a file that needs them has its shapes all the same, and it is said that they were passed over.
+/// Lamps. A file that requires them still has its shapes, and a warning says that the lamps were ignored.
 const LAMPS: &str = "KHR_lights_punctual";
-/// Numbers of meshes packed in ways of their own.
+/// Compressed numbers of meshes.
 const PACKED: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
-/// Extensions that place or light something, which a file may use without asking readers to know them.
+/// Extensions that place or light something. A file may use them without listing them as required.
 const OF_CONSEQUENCE: [&str; 5] =
     ["EXT_mesh_gpu_instancing", LAMPS, "KHR_node_visibility", "EXT_lights_ies", "EXT_lights_image_based"];
 
@@ -46,11 +46,11 @@ fn may_be_passed_over(name: &str) -> bool {
     is_known || LOOKS.iter().any(|beginning| name.starts_with(beginning)) || ENABLED_EXTENSIONS.contains(&name)
 }
 
-/// Takes what may be passed over from the list of extensions that a file needs.
+/// Removes the ignorable extensions from the list of extensions that a file requires.
 ///
 /// # Errors
 ///
-/// Files that need others.
+/// Files that require other extensions.
 pub(super) fn refuse_unread(path: &Path, root: &mut Root) -> Result<(), SceneError> {
     root.extensions_required.retain(|name| !may_be_passed_over(name));
     match root.extensions_required.first() {
@@ -64,7 +64,8 @@ pub(super) fn refuse_unread(path: &Path, root: &mut Root) -> Result<(), SceneErr
     }
 }
 
-/// The refusal of a file whose numbers are packed, if it is one: it may say so without needing readers to know how, and then lacks them.
+/// Returns the refusal of a file with compressed numbers, if it is one. A file may use the compression without requiring it. Its
+/// accessors then have no data.
 pub(super) fn is_packed(path: &Path, root: &Root) -> Option<SceneError> {
     let name = root.extensions_used.iter().find(|name| PACKED.contains(&name.as_str()))?;
     let lacks_numbers = |accessor: &gltf::json::Accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none();
@@ -77,12 +78,12 @@ fn packed(path: &Path, name: &str) -> SceneError {
     SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0, or KHR_mesh_quantization", remedy)
 }
 
-/// Extensions in use whose part in the scene is passed over: those that are known to have one, and those that are not known at all.
+/// Extensions in use that affect the scene and are ignored: those known to affect it, and all unknown ones.
 pub(super) fn passed_over(document: &gltf::Document) -> impl Iterator<Item = &str> {
     document.extensions_used().filter(|name| has_a_part(name))
 }
 
-/// The others in use that are not read, or not wholly: they say how surfaces look, or are notes.
+/// The other extensions in use that are not read, or not completely: they describe looks, or are notes.
 pub(super) fn not_needed(document: &gltf::Document) -> impl Iterator<Item = &str> {
     document.extensions_used().filter(|name| !has_a_part(name) && !READ.contains(name))
 }

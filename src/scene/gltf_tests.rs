@@ -1,4 +1,4 @@
-//! glTF files made by hand, sound and hostile ones.
+//! glTF files made by hand, valid and hostile ones.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::super::units::LengthUnit;
 use super::*;
 
-/// A square of two triangles in glTF's ground plane, its front up, 2 m by 1 m, with indices of 16 bits.
+/// A square of two triangles in glTF's ground plane, front up, 2 m by 1 m, with 16-bit indices.
 fn square() -> (Value, Vec<u8>) {
     let mut bytes = Vec::new();
     for number in [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, -1.0, 0.0, 0.0, -1.0] {
@@ -75,14 +75,14 @@ fn transforms_of_nodes_follow_each_other_and_mirrored_fronts_stay_fronts() {
     let (mut json, bytes) = square();
     let half = 0.5_f64.sqrt();
     json["scenes"][0]["nodes"] = json!([1]);
-    // A quarter turn about glTF's y within a shift; the shift is not turned.
+    // A quarter turn about glTF's y within a shift. The turn does not affect the shift.
     json["nodes"] = json!([
         { "mesh": 0, "rotation": [0.0, half, 0.0, half], "scale": [1.0, 1.0, 3.0] },
         { "children": [0, 2], "translation": [10.0, 20.0, 30.0] },
         { "mesh": 0, "matrix": [-1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 1.0] }
     ]);
     let (shape, _) = read_glb(&json, &bytes).expect("valid");
-    // (2, 0, −1), made (2, 0, −3), turned to (−3, 0, −2), shifted to (7, 20, 28), upright (7, −28, 20).
+    // (2, 0, −1) is scaled to (2, 0, −3), turned to (−3, 0, −2), shifted to (7, 20, 28). With z up it is (7, −28, 20).
     assert!(shape.vertices[2].distance(DVec3::new(7.0, -28.0, 20.0)) < 1e-6, "{}", shape.vertices[2]);
     assert_eq!(shape.parts[0].triangles.len(), 4);
     for triangle in &shape.parts[0].triangles {
@@ -166,7 +166,7 @@ fn a_file_cut_short_anywhere_is_refused() {
     for length in 0..whole.len() {
         let mut cut = whole[..length].to_vec();
         assert!(read_in(Path::new("cut.glb"), &cut, 0).is_err(), "{length} bytes were read");
-        // A header that agrees with the cut makes it no better.
+        // A header that agrees with the cut does not make the file valid.
         if length >= 12 {
             cut[8..12].copy_from_slice(&(length as u32).to_le_bytes());
             assert!(read_in(Path::new("cut.glb"), &cut, 0).is_err(), "{length} bytes with their header were read");
@@ -291,7 +291,7 @@ fn extensions_of_looks_that_a_file_needs_keep_nothing_from_being_read() {
 
 #[test]
 fn positions_may_be_whole_numbers_normalized_or_not() {
-    // The corners of the square in shorts of 65534ths of a metre each way, and in bytes of a metre.
+    // The corners of the square in shorts of 1/65534 of a metre each way, and in bytes of a metre.
     for (kind, stride, is_normalized, scale) in [(5122, 8, true, 2.0), (5123, 8, true, 2.0), (5120, 4, false, 1.0)] {
         let (mut json, _) = square();
         let greatest: i32 = if kind == 5123 { 65535 } else { 32767 };

@@ -1,4 +1,4 @@
-//! A grid of receivers as a plane lays it out, and how many points a scene may have.
+//! The layout of a receiver grid in its plane, and the limit of the number of points in a scene.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ pub(super) fn refuse_too_many(node: &Node, points: u64) -> SceneError {
     node.refuse_as("this receiver has too many points", format!("{points} points"), expected, "ask for fewer")
 }
 
-/// A grid as it is laid out, before its points are made.
+/// The layout of a grid before its points are made.
 pub(super) struct GridFrame {
     pub columns: u32,
     pub rows: u32,
@@ -24,8 +24,8 @@ pub(super) struct GridFrame {
 }
 
 impl GridFrame {
-    /// The layout and its points, row by row. Every point stands for a cell as wide as the points' distance; a row of
-    /// one point for the whole of `u` (or `v`).
+    /// Returns the layout and its points, row by row. Every point stands for a cell as wide as the distance of the points. A row of one
+    /// point stands for the whole of `u` (or `v`).
     pub fn points(&self) -> (ReceiverLayout, Vec<ReceiverPoint>) {
         let cells_over_span = |count: u32| if count > 1 { f64::from(count) / f64::from(count - 1) } else { 1.0 };
         let vector_area_m2 = self.u_m.cross(self.v_m);
@@ -33,7 +33,7 @@ impl GridFrame {
         let normal = direction(self.u_m).cross(direction(self.v_m)).normalize();
         let weight = area_m2 / (f64::from(self.columns) * f64::from(self.rows));
         let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
-        // Room for a large grid is made once.
+        // Memory for a large grid is allocated once.
         let mut points = Vec::with_capacity(self.columns as usize * self.rows as usize);
         let places = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (column, row)));
         points.extend(places.map(|(column, row)| ReceiverPoint {

@@ -1,4 +1,4 @@
-//! Reads receivers of type `intensity`: the far-field intensity distribution of all that leaves a scene, in C planes.
+//! Reads receivers of type `intensity`: the far-field intensity distribution of all light that leaves a scene, in C planes.
 
 use glam::DVec3;
 
@@ -11,23 +11,23 @@ use super::reader::{Fields, Node};
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 
-/// Keys that such a receiver has beside those of all.
+/// Keys of this receiver type in addition to the common ones.
 pub(super) const OWN_KEYS: &[&str] = &["aim", "rotation_deg", "c_planes", "gamma_step_deg", "luminous_opening"];
 
-/// C planes and step of γ where a scene does not say.
+/// Defaults for the number of C planes and for the step of γ.
 const USUAL_PLANES: u32 = 24;
 const USUAL_STEP_DEG: f64 = 5.0;
-/// Steps of γ from 0 to 180°, at least and at most.
+/// Least and greatest number of steps of γ from 0 to 180°.
 const FEWEST_STEPS: f64 = 4.0;
 const MOST_STEPS: f64 = 360.0;
-/// C planes at most.
+/// Greatest number of C planes.
 const MOST_PLANES: u32 = 720;
-/// Extents of a luminous opening that photometric files may have, in m.
+/// Largest extent in m of a luminous opening that photometric files may have.
 const LARGEST_OPENING_M: f64 = 100.0;
-/// How far 180° may be off a whole number of steps.
+/// Tolerance with which 180° must be a whole number of steps.
 const ROUNDING: f64 = 1e-9;
 
-/// What such a receiver asks for, its directions, and a point for each; `most` is how many there may be.
+/// Returns the quantity of an `intensity` receiver, its directions, and one point per direction. `most` limits the number of points.
 pub(super) fn read(
     fields: &Fields,
     unit: LengthUnit,

@@ -1,13 +1,13 @@
-//! The directions of an intensity distribution in C planes, and the cells of the sphere that they stand for.
+//! The directions of an intensity distribution in C planes, and the cells of the sphere that belong to them.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-/// The directions of an intensity distribution: planes through its axis, evenly turned, and angles γ from the axis, evenly spaced.
+/// The directions of an intensity distribution: evenly turned planes through its axis, and evenly spaced angles γ from the axis.
 ///
-/// Every direction stands for a cell of the sphere about it. At both ends of the axis all planes share one entry. A single plane
-/// stands for all: the distribution is then the mean over C.
+/// Every direction stands for a cell of the sphere about it. At both ends of the axis all planes share one entry. A single plane stands
+/// for all planes: the distribution is then the mean over C.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntensityTable {
     /// C planes.
@@ -16,17 +16,17 @@ pub struct IntensityTable {
     pub steps: u32,
     /// Unit vectors of C0 (γ = 90°), C90 (γ = 90°) and γ = 0.
     pub frame: [DVec3; 3],
-    /// What the files say of the luminous opening: extents in m along C0–C180, C90–C270 and the axis.
+    /// Luminous opening as written to photometric files: extents in m along C0–C180, C90–C270 and the axis.
     pub opening_m: [f64; 3],
 }
 
 impl IntensityTable {
-    /// Number of entries: one for each end of the axis, and one for every plane at each γ between.
+    /// Number of entries: one for each end of the axis, and one per plane at each γ between.
     pub fn entries(&self) -> usize {
         2 + self.planes as usize * (self.steps as usize - 1)
     }
 
-    /// The entry of a plane and a step of γ.
+    /// Index of the entry of a plane and a step of γ.
     pub fn entry(&self, plane: u32, step: u32) -> usize {
         match step {
             0 => 0,
@@ -45,7 +45,7 @@ impl IntensityTable {
         180.0 * f64::from(step) / f64::from(self.steps)
     }
 
-    /// The entry whose cell a unit direction lies in.
+    /// Index of the entry whose cell contains a unit direction.
     pub fn entry_towards(&self, direction: DVec3) -> usize {
         let [x, y, z] = self.frame.map(|axis| direction.dot(axis));
         let step = (x.hypot(y).atan2(z) / PI * f64::from(self.steps)).round() as u32;
@@ -72,13 +72,13 @@ impl IntensityTable {
         }
     }
 
-    /// Plane and step of every entry, in order.
+    /// Plane and step of every entry, in the order of the entries.
     pub fn places(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         let between = (1..self.steps).flat_map(|step| (0..self.planes).map(move |plane| (plane, step)));
         std::iter::once((0, 0)).chain(between).chain(std::iter::once((0, self.steps)))
     }
 
-    /// The axis about which a single plane that stands for all is turned.
+    /// The axis of a distribution with a single plane that stands for all planes.
     pub fn turned_about(&self) -> Option<DVec3> {
         (self.planes == 1).then_some(self.frame[2])
     }

@@ -1,23 +1,23 @@
 //! Leaves: parts of triangles cut into quadtrees, so that elements are small where the light changes and large elsewhere.
 //!
-//! A triangle is cut in four congruent ones by the middles of its edges: one at each corner, numbered 0 to 2 like the
-//! corners, and the middle one, 3, which stands upside down. A leaf's path holds two bits a cut behind a leading 1.
+//! The middles of a triangle's edges cut it into four congruent triangles. Those at the corners have the numbers 0 to 2 of the corners.
+//! The middle one has number 3 and stands upside down. The path of a leaf holds two bits per cut behind a leading 1.
 
 use serde::{Deserialize, Serialize};
 
-/// Cuts above one another, at most: what a path of 32 bits holds.
+/// Most cuts above one another: the limit of a path of 32 bits.
 pub const MOST_CUTS: u32 = 15;
-/// Marks a leaf among the references of a quadtree.
+/// Flag of a leaf among the references of a quadtree.
 const LEAF: u32 = 1 << 31;
 
 /// The leaves of a list of parts.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Leaves {
-    /// For every part the number of its leaf with [`LEAF`], or of its node.
+    /// For every part: the number of its leaf with [`LEAF`] set, or the number of its node.
     roots: Vec<u32>,
-    /// The four children of a node, in the same way.
+    /// The four children of each node, in the same form.
     nodes: Vec<[u32; 4]>,
-    /// First leaf of every part, and the number of all leaves behind them.
+    /// First leaf of every part, then the total number of leaves.
     first_leaf: Vec<u32>,
     /// Part and path of every leaf.
     leaves: Vec<(u32, u32)>,
@@ -26,13 +26,13 @@ pub struct Leaves {
 /// The path of a part that is not cut.
 pub const WHOLE: u32 = 1;
 
-/// How often the piece at the end of a path was cut out.
+/// Number of cuts that lead to the piece at the end of a path.
 #[inline]
 pub fn cuts_of(path: u32) -> u32 {
     path.ilog2() / 2
 }
 
-/// Corners of the piece at the end of a path, from those of the whole part.
+/// Corners of the piece at the end of a path, from the corners of the whole part.
 pub fn corners_of(mut corners: [[f64; 2]; 3], path: u32) -> [[f64; 2]; 3] {
     for cut in (0..cuts_of(path)).rev() {
         let [a, b, c] = corners;
@@ -48,7 +48,7 @@ pub fn corners_of(mut corners: [[f64; 2]; 3], path: u32) -> [[f64; 2]; 3] {
     corners
 }
 
-/// The child of a triangle in which `(a, b)` lies, the weights of its second and third corner, and its weights there.
+/// Returns the child of a triangle that contains `(a, b)`, the weights of the second and third corner, and the weights within the child.
 #[inline]
 fn child_at([a, b]: [f64; 2]) -> (usize, [f64; 2]) {
     if a >= 0.5 {
@@ -63,7 +63,7 @@ fn child_at([a, b]: [f64; 2]) -> (usize, [f64; 2]) {
 }
 
 impl Leaves {
-    /// Leaves of so many parts, from whether the piece at the end of a path in a part is cut.
+    /// Makes the leaves of `parts` parts. `is_cut` says whether the piece at the end of a path in a part is cut.
     pub fn of(parts: usize, mut is_cut: impl FnMut(u32, u32) -> bool) -> Leaves {
         let mut leaves = Leaves::default();
         for part in 0..parts as u32 {
@@ -90,7 +90,7 @@ impl Leaves {
         self.leaves.len()
     }
 
-    /// First leaf of a part, or the number of all leaves for the part behind the last one.
+    /// First leaf of a part. For the number behind the last part: the total number of leaves.
     pub fn first_of(&self, part: u32) -> u32 {
         self.first_leaf[part as usize]
     }
@@ -100,7 +100,7 @@ impl Leaves {
         self.leaves[leaf as usize]
     }
 
-    /// The leaf of a part at `(a, b)`, the weights of its second and third corner, and the weights within the leaf.
+    /// Returns the leaf of a part at `(a, b)`, the weights of its second and third corner, and the weights within the leaf.
     #[inline]
     pub fn at(&self, part: u32, mut at: [f64; 2]) -> (u32, [f64; 2]) {
         let mut place = self.roots[part as usize];
@@ -112,7 +112,7 @@ impl Leaves {
         (place & !LEAF, at)
     }
 
-    /// The leaf that holds a piece which is not cut, and how often that was cut out.
+    /// Returns the leaf that holds a piece which is not cut, and the number of cuts that lead to the leaf.
     pub fn holder(&self, part: u32, path: u32) -> (u32, u32) {
         let mut place = self.roots[part as usize];
         let cuts = cuts_of(path);

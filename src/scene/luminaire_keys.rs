@@ -1,4 +1,4 @@
-//! The keys of luminaires, those that several types share among them, for the scene file's schema.
+//! Keys of luminaires, also those that several types share, for the scene file's schema.
 
 use schemars::JsonSchema;
 

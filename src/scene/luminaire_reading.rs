@@ -1,4 +1,4 @@
-//! What reading a luminaire takes, and what several types read alike.
+//! The context for reading a luminaire, and the reading that several types share.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::units::LengthUnit;
 /// Values of `side`.
 pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
 
-/// What luminaires refer to.
+/// Data that luminaires refer to.
 pub(super) struct LuminaireContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
@@ -21,7 +21,7 @@ pub(super) struct LuminaireContext<'a> {
 
 /// Surfaces that luminaires name.
 pub(super) trait NamedSurfaces {
-    /// Numbers of the surfaces of a name.
+    /// Numbers of the surfaces with a name.
     fn named(&self, node: &Node) -> Result<Vec<u32>, SceneError>;
     /// Area of one side in m².
     fn area_m2(&self, surface: u32) -> f64;
@@ -29,7 +29,7 @@ pub(super) trait NamedSurfaces {
     fn is_body(&self, surface: u32) -> bool;
 }
 
-/// A luminaire that is being read.
+/// A luminaire during its reading.
 pub(super) struct LuminaireReading<'a> {
     pub fields: &'a Fields<'a>,
     pub name: &'a str,
@@ -41,7 +41,7 @@ pub(super) struct LuminaireReading<'a> {
 }
 
 impl LuminaireReading<'_> {
-    /// A place in m.
+    /// Position in m.
     pub fn place_m(&self, key: &str) -> Result<DVec3, SceneError> {
         Ok(self.around.unit.point_m(self.fields.need(key, "[4, 3, 2.5]")?.vector()?))
     }
@@ -51,7 +51,7 @@ impl LuminaireReading<'_> {
         self.fields.get("aim").map_or(Ok(-DVec3::Z), |node| node.direction())
     }
 
-    /// Flux and exitance of a uniformly emitting area.
+    /// Luminous flux in lm and exitance in lm/m² of a uniformly emitting area.
     pub fn flux_and_exitance(&self, area_m2: f64) -> Result<(f64, f64), SceneError> {
         let (which, node) = self.fields.one_of(["exitance_lm_m2", "luminous_flux_lm"])?;
         let given = self.maintained * node.at_least_zero(["the exitance", "the luminous flux"][which])?;
@@ -61,7 +61,7 @@ impl LuminaireReading<'_> {
         })
     }
 
-    /// The surfaces that a luminaire names, whether their fronts and their backs emit, and the area in m² that does.
+    /// Returns the surfaces that a luminaire names, whether their fronts and their backs emit, and the emitting area in m².
     pub fn emitting_surfaces(&self) -> Result<(Vec<u32>, [bool; 2], f64), SceneError> {
         let named = self.around.surfaces;
         let node = self.fields.need("surface", "\"panel\"")?;
@@ -80,7 +80,7 @@ impl LuminaireReading<'_> {
         Ok((surfaces, [front, back], if front && back { 2.0 * one_side_m2 } else { one_side_m2 }))
     }
 
-    /// What the photometric file says that a luminaire names; its warnings are told.
+    /// Returns the content of the photometric file that a luminaire names. The file's warnings are added to the scene's.
     pub fn distribution(&mut self) -> Result<&FileDistribution, SceneError> {
         let node = self.fields.need("file", "\"downlight.ies\"")?;
         let file = self.files.named(&node, self.around.base_dir)?;

@@ -1,4 +1,4 @@
-//! Reads `luminaires`: everything becomes maintained lumens and candelas.
+//! Reads `luminaires` and converts everything to maintained lumens and candelas.
 
 use std::ops::RangeInclusive;
 
@@ -20,14 +20,14 @@ use super::unique_names::{Names, unique_name};
 /// Keys that every luminaire type has.
 const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor", "power_w"];
 
-/// Keys of a luminaire type: its place in [`TYPES`].
+/// Keys of a luminaire type. `kind` is the index in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     let array: &[&str] = if comes_in_arrays(kind) { &arrays::KEYS } else { &[] };
     [&COMMON_KEYS, own_keys(kind), array].concat()
 }
 
-/// Luminous fluxes in lm that are computed: a thousandth of a photon's an hour to more than the sun's. Fourth powers of the
-/// illuminances that they bring, which checks sum up, stay well within 64-bit floats.
+/// Range of the luminous fluxes in lm that are computed: from a thousandth of one photon per hour to more than the sun's. Checks sum the
+/// fourth powers of the resulting illuminances. These stay well within 64-bit floats.
 const FLUXES_LM: RangeInclusive<f64> = 1e-24..=1e30;
 
 impl NamedSurfaces for Surfaces {
@@ -44,7 +44,7 @@ impl NamedSurfaces for Surfaces {
     }
 }
 
-/// What the luminaires so far have given.
+/// Data gathered from the luminaires read so far.
 #[derive(Default)]
 struct LuminairesSoFar {
     /// Their names.

@@ -1,4 +1,4 @@
-//! Materials as the scene file writes them: types and keys, their schema, how they are read, and what a law says of its shares.
+//! Materials in the scene file: types and keys, their schema, how they are read, and the shares of light that a reflection model gives.
 
 use schemars::JsonSchema;
 
@@ -6,14 +6,14 @@ use super::error::SceneError;
 use super::reader::{Fields, Node};
 use crate::base::pane::{glazed_shares, internal_transmittance_of, pane_shares};
 
-/// A material type: its name in files, its keys there, and how its law is read.
+/// A material type: its name in files, its keys there, and how its reflection model is read.
 struct MaterialType {
     name: &'static str,
     keys: &'static [&'static str],
     read: fn(&Fields) -> Result<ReflectionLaw, SceneError>,
 }
 
-/// The material types, in the order in which the formats number them.
+/// The material types, in the order of their numbers in the file formats.
 const MATERIAL_TYPES: [MaterialType; 6] = [
     MaterialType { name: "diffuse", keys: &["type", "reflectance"], read: read_diffuse },
     MaterialType { name: "phong", keys: GLOSSY_KEYS, read: read_phong },
@@ -27,7 +27,7 @@ const MATERIAL_TYPES: [MaterialType; 6] = [
     MaterialType { name: "blinn", keys: GLOSSY_KEYS, read: read_blinn },
 ];
 
-/// Keys of a diffuse part with a lobe.
+/// Keys of a material with a diffuse part and a lobe.
 const GLOSSY_KEYS: &[&str] = &["type", "diffuse_reflectance", "specular_reflectance", "exponent"];
 
 /// Keys of a pane.
@@ -45,14 +45,14 @@ pub(super) const TYPES: [&str; MATERIAL_TYPES.len()] = {
     names
 };
 
-/// Keys of a material type: its place in [`TYPES`].
+/// Keys of a material type. `kind` is the index in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     MATERIAL_TYPES[kind].keys.to_vec()
 }
 
-/// Largest exponent of a lobe: its width of some 0.06° is that of a mirror.
+/// Largest exponent of a lobe. Its width is some 0.06°, practically that of a mirror.
 const LARGEST_EXPONENT: f64 = 1e6;
-/// Largest refractive index: no clear material has one of more than some 4 for visible light.
+/// Largest refractive index. Clear materials have no more than about 4 for visible light.
 const LARGEST_REFRACTIVE_INDEX: f64 = 10.0;
 
 /// Material.
@@ -122,16 +122,16 @@ pub(super) enum MaterialKind {
     },
 }
 
-/// What a surface does with light.
+/// Reflection and transmission of a surface.
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Name in the file.
     pub name: String,
-    /// Reflection law.
+    /// Reflection model.
     pub law: ReflectionLaw,
 }
 
-/// A reflection law with its constants.
+/// A reflection model with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReflectionLaw {
     /// Lambert's law: luminance ρE/π in every direction.
@@ -139,8 +139,8 @@ pub enum ReflectionLaw {
         /// Hemispherical reflectance ρ, 0 to 1.
         reflectance: f64,
     },
-    /// A diffuse part and a reciprocal lobe about the mirror direction (docs/methods.md, section 9); its reflectance is
-    /// the sum of both shares at every angle.
+    /// A diffuse part and a reciprocal lobe about the mirror direction (docs/methods.md, section 9). The reflectance at every angle is
+    /// the sum of both shares.
     Phong {
         /// Share that is reflected diffusely, 0 to 1.
         diffuse_reflectance: f64,
@@ -149,8 +149,8 @@ pub enum ReflectionLaw {
         /// The lobe's exponent, 0 or more.
         exponent: f64,
     },
-    /// A diffuse part and a reciprocal lobe about the half vector (docs/methods.md, section 9); its reflectance is the sum of
-    /// both shares at every angle.
+    /// A diffuse part and a reciprocal lobe about the half vector (docs/methods.md, section 9). The reflectance at every angle is the sum
+    /// of both shares.
     Blinn {
         /// Share that is reflected diffusely, 0 to 1.
         diffuse_reflectance: f64,
@@ -164,13 +164,13 @@ pub enum ReflectionLaw {
         /// Share that is reflected, 0 to 1, at every angle.
         reflectance: f64,
     },
-    /// A thin pane, one sheet for both faces: directions stay as they are.
+    /// A thin pane, one sheet for both faces. Light passes it without a change of direction.
     Glass {
         /// Refractive index relative to air, 1 or more.
         refractive_index: f64,
         /// Transmittance of the glass itself at normal incidence, 0 to 1.
         internal_transmittance: f64,
-        /// Share of the area that is glass, 0 to 1; the rest is black, spread evenly.
+        /// Share of the area that is glass, 0 to 1. The rest is black and spread evenly.
         glazed_share: f64,
     },
     /// Scatters diffusely to both sides.
@@ -182,25 +182,25 @@ pub enum ReflectionLaw {
     },
 }
 
-/// Where the light goes that comes along the normal, as shares of it; of all laws but glass that comes from anywhere.
+/// Shares of light at normal incidence by where it goes. Only glass has other shares at other angles.
 #[derive(Default)]
 struct SurfaceShares {
-    /// Reflected into all directions alike.
+    /// Reflected diffusely, with the same luminance in all directions.
     diffuse: f64,
     /// Reflected in a lobe about a direction.
     lobe: f64,
     /// Reflected as by a mirror.
     mirrored: f64,
-    /// Let through into all directions alike.
+    /// Transmitted diffusely, with the same luminance in all directions.
     diffused_through: f64,
-    /// A pane's, reflected and let through: other angles have other shares.
+    /// Reflected and transmitted share of a pane. They differ at other angles.
     pane: Option<[f64; 2]>,
-    /// Whether a sheet of it has two like sides by nature.
+    /// Whether the material is a sheet with two equal sides.
     is_sheet: bool,
 }
 
 impl ReflectionLaw {
-    /// Number of its type, from 0 in the order in which the formats list them.
+    /// Number of its type, from 0, in the order of the file formats.
     pub fn number(&self) -> u8 {
         match self {
             ReflectionLaw::Diffuse { .. } => 0,
@@ -212,12 +212,12 @@ impl ReflectionLaw {
         }
     }
 
-    /// Name of its type, as scene files have it.
+    /// Name of its type, as in scene files.
     pub fn name(&self) -> &'static str {
         TYPES[usize::from(self.number())]
     }
 
-    /// All that is asked of a law's shares follows from these.
+    /// Shares of light from which all other methods on shares follow.
     fn shares(&self) -> SurfaceShares {
         match *self {
             ReflectionLaw::Diffuse { reflectance } => {
@@ -244,34 +244,34 @@ impl ReflectionLaw {
         }
     }
 
-    /// Share that leaves the lit side in every direction alike.
+    /// Share that leaves the lit side diffusely.
     pub fn diffuse_reflectance(&self) -> f64 {
         self.shares().diffuse
     }
 
-    /// Share that leaves the other side in every direction alike.
+    /// Share that leaves the other side diffusely.
     pub fn diffuse_transmittance(&self) -> f64 {
         self.shares().diffused_through
     }
 
-    /// Total reflectance, where it is the same at every angle and all that is not reflected is absorbed.
+    /// Total reflectance, if it is the same at every angle and the surface absorbs the rest; otherwise `None`.
     pub fn reflectance_at_every_angle(&self) -> Option<f64> {
         let shares = self.shares();
         (!shares.is_sheet).then_some(shares.diffuse + shares.lobe + shares.mirrored)
     }
 
-    /// Shares of light along the normal that are reflected and let through; of all laws but glass those of every angle.
+    /// Reflected and transmitted share at normal incidence. Except for glass, these hold at every angle.
     pub fn shares_at_normal_incidence(&self) -> [f64; 2] {
         let shares = self.shares();
         shares.pane.unwrap_or([shares.diffuse + shares.lobe + shares.mirrored, shares.diffused_through])
     }
 
-    /// Whether part of the light is scattered about a direction, neither into all alike nor into single ones.
+    /// Whether part of the light is scattered about a direction, neither diffusely nor into single directions.
     pub fn has_lobe(&self) -> bool {
         self.shares().lobe > 0.0
     }
 
-    /// Whether a sheet of it has two like sides by nature.
+    /// Whether the material is a sheet with two equal sides.
     pub fn is_two_sided(&self) -> bool {
         self.shares().is_sheet
     }
@@ -282,7 +282,8 @@ impl ReflectionLaw {
         let_through > 0.0
     }
 
-    /// Share of the light that leaves again, reflected or let through; of glass what a pane without reflection lets through.
+    /// Share of the light that leaves the surface again, reflected or transmitted. For glass: the transmittance of a pane without
+    /// reflections.
     pub fn returned_share(&self) -> f64 {
         if let ReflectionLaw::Glass { internal_transmittance, glazed_share, .. } = *self {
             return glazed_share * internal_transmittance;
@@ -385,7 +386,7 @@ fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
 }
 
 fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], SceneError> {
-    /// Two decimal fractions that sum to 1 on paper may miss it by this much in doubles.
+    /// Two decimal fractions that sum to 1 on paper may differ from it by this much in doubles.
     const ROUNDING: f64 = 1e-12;
     let shares = [share(fields, first)?, share(fields, second)?];
     let sum = shares[0] + shares[1];

@@ -1,4 +1,4 @@
-//! A mesh in the making: vertices that coincide exactly are one, triangles come part by part.
+//! Builds a mesh: exactly coincident vertices become one, and triangles are added part by part.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -8,10 +8,10 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::shapes::{GeometryShape, ShapePart};
 
-/// Name of the part of triangles without a material, in a file that has others.
+/// Name of the part for triangles without a material, in a file with materials.
 pub(super) const UNNAMED_PART: &str = "unnamed";
 
-/// A refusal of a mesh file that is no text.
+/// Makes a refusal of a mesh file that is not text.
 pub(super) fn refusal(path: &Path, what: impl Into<String>, got: impl Into<String>, expected: &str) -> SceneError {
     let remedy = "export the model again; if that changes nothing, export it as OBJ";
     SceneError::of_file(path, what.into(), got.into(), expected, remedy)
@@ -22,16 +22,16 @@ pub(super) fn refusal(path: &Path, what: impl Into<String>, got: impl Into<Strin
 pub(super) struct MeshBuilder {
     numbers: HashMap<[u64; 3], u32>,
     shape: GeometryShape,
-    /// Where each part is in the shape.
+    /// Index of each part in the shape, by its name.
     places: HashMap<Option<String>, usize>,
-    /// Triangles of all parts.
+    /// Number of triangles of all parts.
     triangles: usize,
 }
 
 impl MeshBuilder {
-    /// The number of the vertex at a place.
+    /// Returns the number of the vertex at a point and adds the vertex if it is new.
     pub fn vertex(&mut self, point: DVec3) -> u32 {
-        // Adding +0 makes −0 and +0 one.
+        // Adding +0 makes −0 and +0 equal.
         let key = (point + DVec3::ZERO).to_array().map(f64::to_bits);
         let vertices = &mut self.shape.vertices;
         *self.numbers.entry(key).or_insert_with(|| {
@@ -40,12 +40,12 @@ impl MeshBuilder {
         })
     }
 
-    /// Where a vertex is.
+    /// Position of a vertex.
     pub fn place(&self, vertex: u32) -> DVec3 {
         self.shape.vertices[vertex as usize]
     }
 
-    /// Adds triangles to the part of a name, which begins with them where it is new.
+    /// Adds triangles to the part with a name. A new name begins a new part.
     pub fn add(&mut self, part: Option<&str>, triangles: impl IntoIterator<Item = [u32; 3]>) {
         let parts = &mut self.shape.parts;
         let place = *self.places.entry(part.map(str::to_owned)).or_insert_with(|| {
@@ -57,12 +57,12 @@ impl MeshBuilder {
         self.triangles += parts[place].triangles.len() - before;
     }
 
-    /// Triangles, or vertices where they are more.
+    /// Number of triangles, or of vertices if that is greater.
     pub fn size(&self) -> usize {
         self.triangles.max(self.shape.vertices.len())
     }
 
-    /// The shape.
+    /// Returns the finished shape.
     pub fn finish(self) -> GeometryShape {
         self.shape
     }

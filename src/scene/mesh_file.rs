@@ -8,13 +8,13 @@ use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 use super::{gltf, obj, parse, ply, stl, under_way};
 
-/// A mesh file as it was read from the disk.
+/// A mesh file as read from the disk.
 pub(super) struct MeshFile<'a> {
     pub path: &'a Path,
     pub content: MeshContent,
 }
 
-/// What a mesh file holds, by its ending.
+/// Content of a mesh file, by its ending.
 pub(super) enum MeshContent {
     Gltf(Vec<u8>),
     Stl(Vec<u8>),
@@ -23,7 +23,7 @@ pub(super) enum MeshContent {
 }
 
 impl MeshFile<'_> {
-    /// Reads a file. One whose ending says nothing is an OBJ file.
+    /// Reads a file. A file with an unknown ending is read as OBJ.
     ///
     /// # Errors
     ///
@@ -40,11 +40,11 @@ impl MeshFile<'_> {
         Ok(MeshFile { path, content })
     }
 
-    /// Its mesh; lengths come in the scene's unit. Warnings say what was passed over and matters.
+    /// Returns the mesh, with lengths in the scene's unit. Warnings name the ignored parts of the file that matter.
     ///
     /// # Errors
     ///
-    /// Files that are damaged or cut short, ask for too much, or hold no triangle.
+    /// Files that are damaged or cut short, request too much, or contain no triangle.
     pub fn shape(&mut self, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
         match &mut self.content {
             MeshContent::Gltf(bytes) => gltf::read(self.path, bytes, unit, warnings),

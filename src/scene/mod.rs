@@ -1,4 +1,4 @@
-//! From the scene file as written to one always-valid [`Scene`] in SI units.
+//! From the scene file to a valid [`Scene`] in SI units.
 
 mod arrays;
 mod bodies;
@@ -102,7 +102,7 @@ pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};
 pub(crate) use units::{LengthUnit, UNIT_NAMES};
 pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
 
-/// Names of the types of materials and of luminaires, each by its key of a scene.
+/// Names of the types of materials and of luminaires, each with its key in a scene.
 #[cfg(test)]
 pub(crate) fn type_names() -> [(&'static str, &'static [&'static str]); 2] {
     [("materials", &materials::TYPES), ("luminaires", &emission::TYPES)]

@@ -1,4 +1,4 @@
-//! The valid scene: what every later room may rely on without asking again.
+//! The valid scene: data that all other rooms can use without further checks.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -17,71 +17,72 @@ use super::quantity::Quantity;
 use super::sky::DaylightTargets;
 use super::standard::Requirement;
 
-/// A surface's place in [`Scene::surfaces`].
+/// Index of a surface in [`Scene::surfaces`].
 pub type SurfaceId = u32;
-/// A material's place in [`Scene::materials`].
+/// Index of a material in [`Scene::materials`].
 pub type MaterialId = u32;
 
-/// A lighting scene in metres, lumens and candelas, checked once when it was read.
+/// A lighting scene in metres, lumens and candelas. It is checked once, at reading.
 ///
-/// Made by [`crate::read_scene`] and [`crate::scene_from_json`]; what holds there is not checked again.
+/// [`crate::read_scene`] and [`crate::scene_from_json`] make it. Later code does not repeat their checks.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Free text from the file; may be empty.
     pub title: String,
-    /// Whose work it is.
+    /// Client, author, date and notes of the project.
     pub project: Project,
-    /// What a year's energy is computed from, where that is asked for.
+    /// Data for the energy of a year, if the file has them.
     pub energy: Option<Energy>,
-    /// The scene file, where there is one.
+    /// Path of the scene file, if there is one.
     pub path: Option<PathBuf>,
     /// All materials that the file names.
     pub materials: Vec<Material>,
     /// Vertices in metres.
     pub vertices_m: Vec<DVec3>,
-    /// Vertex numbers of every triangle; the front is seen counter-clockwise. None has zero area.
+    /// Vertex numbers of every triangle, counter-clockwise as seen from the front. No triangle has zero area.
     pub triangles: Vec<[u32; 3]>,
-    /// Into how many parts each edge of a triangle is cut: its `n²` elements have edges no longer than asked.
+    /// Number of parts `n` into which each edge of a triangle is cut. The edges of its `n²` elements are no longer than the file
+    /// requires.
     pub divisions: Vec<u32>,
     /// The surface of every triangle.
     pub triangle_surfaces: Vec<SurfaceId>,
-    /// Parts of geometries, in the order of the file; their triangles lie in `triangles` one range after the other.
+    /// Parts of geometries, in the order of the file. Each has one range of `triangles`; the ranges follow one another.
     pub surfaces: Vec<Surface>,
-    /// Smooth bodies, whose leaves are among the triangles.
+    /// Smooth bodies. Their leaves are among the triangles.
     pub bodies: Vec<Arc<Body>>,
-    /// Names of the surfaces that stay out of reports and of the terminal's tables.
+    /// Names of the surfaces that are left out of reports and of the terminal's tables.
     pub unreported: BTreeSet<String>,
     /// All luminaires; their intensities are maintained values.
     pub luminaires: Vec<Luminaire>,
     /// All sets of receivers.
     pub receivers: Vec<ReceiverSet>,
-    /// What the reader thinks its user should know.
+    /// Warnings of the reader for the user.
     pub warnings: Vec<String>,
 }
 
 impl Scene {
-    /// Whether reports and the terminal tell of a surface.
+    /// Whether reports and the terminal show a surface.
     pub fn is_reported(&self, surface: &str) -> bool {
         !self.unreported.contains(surface)
     }
 }
 
-/// A part of a geometry that tables list: `room/floor`, `desks/Wood`, or a whole geometry without parts.
+/// A part of a geometry with its own row in tables: `room/floor`, `desks/Wood`, or a whole geometry without parts.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// Name as tables and luminaires use it.
     pub name: String,
-    /// Name of the geometry it is a part of.
+    /// Name of the geometry that contains it.
     pub geometry: String,
     /// Its material.
     pub material: MaterialId,
     /// Whether both sides reflect and are reported.
     pub two_sided: bool,
-    /// Its triangles, never empty.
+    /// Its triangles; never empty.
     pub triangles: Range<u32>,
 }
 
-/// A source of light. Everything in it is a maintained value: `dimming` and `maintenance_factor` are already in.
+/// A source of light. Its photometric values are maintained values: they include `dimming` and `maintenance_factor`.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
     /// Name in the file.
@@ -92,28 +93,28 @@ pub struct Luminaire {
     pub dimming: f64,
     /// Maintenance factor, 0 to 1.
     pub maintenance_factor: f64,
-    /// Electric power in W, not dimmed, where the scene or the photometric file tells it.
+    /// Electric power in W without dimming, if the scene or the photometric file gives it.
     pub power_w: Option<f64>,
-    /// What its photometric file says that it is.
+    /// Product data from its photometric file.
     pub product: Option<std::sync::Arc<Product>>,
     /// How and where it emits.
     pub emission: Emission,
 }
 
-/// A named set of points at which illuminance is asked for, or of directions of view from which luminance is.
+/// A named set of points at which illuminance is computed, or of directions of view for luminance.
 #[derive(Clone, Debug)]
 pub struct ReceiverSet {
     /// Name in the file.
     pub name: String,
-    /// What is asked for at the points.
+    /// Quantity that is computed at the points.
     pub quantity: Quantity,
-    /// Grid or points.
+    /// Arrangement of the points.
     pub layout: ReceiverLayout,
     /// The points in the order of the tables (a grid row by row).
     pub points: Vec<ReceiverPoint>,
-    /// Observers whose glare is rated; empty where something else is asked for.
+    /// Observers whose glare is rated; empty for other quantities.
     pub observers: Vec<GlareObserver>,
-    /// What the set is to keep.
+    /// Requirements that the set must meet.
     pub requirements: Vec<Requirement>,
 }
 
@@ -124,7 +125,7 @@ pub struct GlareObserver {
     pub eye_m: DVec3,
     /// Unit vector along the line of sight.
     pub view: DVec3,
-    /// Within a closed solid, where nobody looks.
+    /// Whether the eye lies within a closed solid, where nobody can look.
     pub inside: bool,
 }
 
@@ -137,20 +138,20 @@ pub enum ReceiverLayout {
         columns: u32,
         /// Rows.
         rows: u32,
-        /// First point's corner of the grid in m.
+        /// Corner of the grid in m: its first point.
         origin_m: DVec3,
-        /// Along the columns, from the first to the last point, in m.
+        /// Vector along the columns, from the first to the last point, in m.
         u_m: DVec3,
-        /// Along the rows, from the first to the last point, in m.
+        /// Vector along the rows, from the first to the last point, in m.
         v_m: DVec3,
-        /// Area that the grid stands for in m².
+        /// Area in m² that the grid represents.
         area_m2: f64,
     },
-    /// Points in no order; directions in the order of a list.
+    /// Points in no order, or directions in the order of a list.
     Points,
-    /// Every n-th point of a set, where runs share them out.
+    /// Every n-th point of a set, if several runs share its points.
     Part(super::receivers_part::ReceiversPart),
-    /// Directions of view turned evenly about an axis.
+    /// Directions of view in a plane turned evenly about an axis.
     Fan {
         /// Angle of the first direction in degrees.
         from_deg: f64,
@@ -163,10 +164,10 @@ pub enum ReceiverLayout {
         columns: u32,
         /// Rows.
         rows: u32,
-        /// Full angles of view across and upright in degrees.
+        /// Full angles of view in degrees, horizontal and vertical in the picture.
         field_deg: [f64; 2],
     },
-    /// From an eye to the elements of a surface.
+    /// Lines of sight from an eye to the elements of a surface.
     Towards {
         /// The eye in m.
         eye_m: DVec3,
@@ -176,17 +177,17 @@ pub enum ReceiverLayout {
 }
 
 impl ReceiverSet {
-    /// The points that lie somewhere: none where intensities of the far field are asked for.
+    /// The points that have a position: none for intensities of the far field.
     pub fn placed_points(&self) -> &[ReceiverPoint] {
         if self.is_far_field() { &[] } else { &self.points }
     }
 
-    /// Whether it asks for what leaves the scene, as seen from afar.
+    /// Whether the set is for far-field intensities of the light that leaves the scene.
     pub fn is_far_field(&self) -> bool {
         matches!(self.quantity, Quantity::Intensity { .. })
     }
 
-    /// The directions of an intensity distribution, where it asks for one.
+    /// The directions of the intensity distribution, if the set is for one.
     pub fn intensity_table(&self) -> Option<&super::intensity_table::IntensityTable> {
         match &self.layout {
             ReceiverLayout::Intensity(table) => Some(table),
@@ -195,21 +196,21 @@ impl ReceiverSet {
     }
 }
 
-/// A point with a direction, at which illuminance is asked for, or from which luminance is.
+/// A point with a direction: for illuminance the normal, for luminance the direction of view.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverPoint {
-    /// Place in m.
+    /// Position in m.
     pub position_m: DVec3,
-    /// Unit normal of the receiving side; the direction of view where luminance is asked for.
+    /// Unit normal of the receiving side, or the direction of view for luminance.
     pub normal: DVec3,
     /// Weight in averages and errors (an area in m², or 1).
     pub weight: f64,
-    /// Lies inside a closed solid: marked in the table, left out of averages and errors.
+    /// Whether it lies inside a closed solid. Tables mark such points; averages and errors leave them out.
     pub inside: bool,
 }
 
 impl Scene {
-    /// Illuminance in lx of an open horizontal plane and what daylight factors are held against, where all light is the sky's.
+    /// Illuminance in lx of an open horizontal plane, and targets for daylight factors. `None` unless all light comes from one sky.
     pub fn daylight(&self) -> Option<(f64, DaylightTargets)> {
         let mut lit = self.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
         match (lit.next().map(|luminaire| &luminaire.emission), lit.next()) {
@@ -224,7 +225,7 @@ impl Scene {
         self.triangles[triangle as usize].map(|vertex| self.vertices_m[vertex as usize])
     }
 
-    /// Area of a triangle in m²; of a leaf that of the smooth body.
+    /// Area of a triangle in m². For a leaf: the area on its smooth body.
     #[inline]
     pub fn triangle_area_m2(&self, triangle: u32) -> f64 {
         if let Some(body) = body_of(&self.bodies, triangle) {
@@ -252,7 +253,7 @@ impl Scene {
         self.triangle_surfaces[triangle as usize]
     }
 
-    /// Area in m² of all surfaces, both sides of those that count on both.
+    /// Area in m² of all surfaces. Two-sided surfaces count with both sides.
     pub fn area_m2(&self) -> f64 {
         (0..self.triangles.len() as u32)
             .map(|triangle| {

@@ -1,12 +1,12 @@
-//! Names in messages: lists of what is allowed and the nearest name to a mistyped one.
+//! Names in messages: lists of allowed names and the nearest name to a mistyped one.
 
 use glam::DVec3;
 
-/// The allowed name that a mistyped one most likely stands for.
+/// Returns the allowed name that a mistyped one most likely means.
 pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// Longer names, in bytes, are no slips of the pen; the time for each pair grows with its square.
+    /// Longest typed name in bytes. Longer ones are no typing errors. The time per pair grows with the square of the length.
     const LONGEST: usize = 200;
-    /// Of longer lists only the beginning is looked at.
+    /// Only this many names of a list are compared.
     const MOST: usize = 10_000;
     if typed.len() > LONGEST {
         return None;
@@ -22,9 +22,9 @@ pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str
         .map(|(_, name)| name)
 }
 
-/// `"a", "b" or "c"`; long lists are cut.
+/// Joins names as `"a", "b" or "c"`. Long lists are cut.
 pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    /// A message names no more than this many.
+    /// Most names in a message.
     const MOST: usize = 16;
     let names: Vec<&str> = names.into_iter().collect();
     let quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();
@@ -38,15 +38,15 @@ pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
-/// `a, b, c`; of long lists the first few and how many more there are.
+/// Joins names as `a, b, c`. Long lists show the first few names and the number of the others.
 pub(crate) fn joined(names: &[String]) -> String {
-    /// Names that a sentence lists.
+    /// Most names in a sentence.
     const MOST: usize = 8;
     let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
     format!("{}{more}", names[..names.len().min(MOST)].join(", "))
 }
 
-/// Levenshtein's distance: insertions, deletions and replacements of characters.
+/// Levenshtein's distance: the number of insertions, deletions and replacements of characters.
 fn edits(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -62,11 +62,12 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// A place as messages give it: `(1.2, 0, 2.801) m`, to 0.1 mm, or to five digits of its largest coordinate where that is finer.
+/// Writes a point for messages: `(1.2, 0, 2.801) m`. It is rounded to 0.1 mm, or to five digits of its largest coordinate if that is
+/// finer.
 pub(crate) fn place_words(place_m: DVec3) -> String {
     let power = place_m.abs().max_element().log10().floor().clamp(-300.0, 300.0) as i32;
     let scale = 10f64.powi((4 - power).clamp(4, 300));
-    // Adding 0 makes a plain zero of a negative one.
+    // Adding 0 turns −0 into 0.
     let rounded_m = |m: f64| Some((m * scale).round() / scale + 0.0).filter(|m| m.is_finite()).unwrap_or(m);
     let [x, y, z] = place_m.to_array().map(rounded_m);
     format!("({x}, {y}, {z}) m")

@@ -1,4 +1,4 @@
-//! What a model's file says beside its shapes and no reader takes: `luxmc convert` names it.
+//! Content of model files that no reader uses. `luxmc convert` lists it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use ply_rs_bw::ply::DefaultElement;
 
 use super::{gltf_extensions, obj, ply, stl};
 
-/// Cameras, textures, what vertices have beside their places, and extensions that say how surfaces look or are notes.
+/// Lists cameras, textures, attributes of vertices besides positions, and extensions that describe looks or are notes.
 pub(super) fn of_gltf(document: &Document) -> Vec<String> {
     let mut attributes = BTreeSet::new();
     for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
@@ -21,7 +21,7 @@ pub(super) fn of_gltf(document: &Document) -> Vec<String> {
     counted.chain(attributes.into_iter().map(|name| format!("{name} of vertices"))).chain(extensions).collect()
 }
 
-/// Statements of an OBJ file about looks and names, with the files of materials.
+/// Lists the statements of an OBJ file about looks and names, and its files of materials.
 pub(super) fn of_obj(text: &str) -> Vec<String> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let mut files = BTreeSet::new();
@@ -37,7 +37,7 @@ pub(super) fn of_obj(text: &str) -> Vec<String> {
     files.chain(counts.into_iter().map(|(word, count)| format!("{count} statements {word:?}"))).collect()
 }
 
-/// Properties of vertices and faces of a PLY file beside places and corners.
+/// Lists the properties of vertices and faces of a PLY file besides positions and corners.
 pub(super) fn of_ply(bytes: &[u8]) -> Vec<String> {
     let Ok(header) = Parser::<DefaultElement>::new().read_header(&mut Reader::new(bytes)) else { return Vec::new() };
     let beside = |element: &str, read: &[&str], of: &str| {
@@ -48,7 +48,7 @@ pub(super) fn of_ply(bytes: &[u8]) -> Vec<String> {
     [beside("vertex", &ply::PLACES, "vertices"), beside("face", &ply::CORNERS, "faces")].into_iter().flatten().collect()
 }
 
-/// The two bytes behind each triangle of a binary STL file, where some programs write colours.
+/// Reports the two bytes after each triangle of a binary STL file, if they are not all 0. Some programs write colours there.
 pub(super) fn of_stl(bytes: &[u8]) -> Vec<String> {
     let has_colors = stl::bytes_behind_triangles(bytes).any(|pair| pair != [0, 0]);
     if has_colors {

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and polygons, in parts by `usemtl`.
 //!
-//! What concerns only looks (`vt`, `vn`, `mtllib`, smoothing, groups) is passed over: a face's front follows from the
-//! order of its corners, its material from the scene file.
+//! The reader ignores what concerns only looks (`vt`, `vn`, `mtllib`, smoothing, groups). The order of the corners gives the front of a
+//! face. The scene file gives its material.
 
 use std::ops::Range;
 
@@ -15,18 +15,18 @@ use super::reader::{Source, shortened};
 use super::shapes::GeometryShape;
 use super::under_way;
 
-/// Statements that say nothing of the shape's surfaces.
+/// Statements that do not describe the surfaces of the shape.
 pub(super) const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", MATERIALS_FILE, "usemap", "maplib", "lod"];
-/// The statement that names a file of materials, which is not read.
+/// The statement that names a file of materials. Such files are not read.
 pub(super) const MATERIALS_FILE: &str = "mtllib";
 /// Statements of shapes without an area.
 const WITHOUT_AREA: [&str; 2] = ["l", "p"];
 
-/// Reads a mesh. Warnings say what was passed over and matters.
+/// Reads a mesh. Warnings name the ignored parts of the file that matter.
 ///
 /// # Errors
 ///
-/// Malformed vertices and faces, corners that do not exist, and files without a face, with their places.
+/// Malformed vertices and faces, corners that do not exist, and files without a face. The errors give their positions.
 pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut reader = ObjReader { source, vertices: Vec::new(), mesh: MeshBuilder::default(), part: None };
     let mut strange: Vec<(usize, &str)> = Vec::new();
@@ -70,7 +70,7 @@ pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Geomet
 
 struct ObjReader<'a> {
     source: &'a Source<'a>,
-    /// The number in the shape of every vertex of the file: vertices that coincide exactly are one.
+    /// For every vertex of the file, its number in the shape. Exactly coincident vertices share one number.
     vertices: Vec<u32>,
     mesh: MeshBuilder,
     part: Option<String>,
@@ -128,7 +128,7 @@ impl ObjReader<'_> {
         Ok(())
     }
 
-    /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`; negative numbers count back from the last vertex so far.
+    /// Returns the vertex of `7`, `7/1`, `7//3` or `7/1/3`. Negative numbers count back from the last vertex so far.
     fn corner(&self, range: &Range<usize>) -> Result<u32, SceneError> {
         let text = &self.source.text[range.clone()];
         let mut numbers = text.split('/');
@@ -166,7 +166,7 @@ impl ObjReader<'_> {
     }
 }
 
-/// Statements of a text: words between white space, lines joined where they end with a backslash.
+/// Statements of a text: words between white space. A backslash at the end of a line joins the next line.
 struct StatementWords<'t> {
     text: &'t str,
     next: usize,

@@ -1,4 +1,4 @@
-//! Reads the receivers that look instead of lying: luminance in directions of view, and glare.
+//! Reads the receivers with directions of view: luminance and glare.
 
 use glam::{DQuat, DVec3};
 
@@ -11,17 +11,17 @@ use super::reader::{Fields, Node};
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
 
-/// Height in m of a seated observer's eye over the floor.
+/// Height in m of a seated observer's eye above the floor.
 pub(super) const SEATED_EYE_M: f64 = 1.2;
 /// Keys of a fan of directions.
 pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
 /// Keys of a picture.
 pub(super) const VIEW_KEYS: [&str; 5] = ["direction", "up", "field_deg", "columns", "rows"];
 
-/// Where the background of a glare rating is taken, as files name it.
+/// Where the background of a glare rating is taken; names as in files.
 pub(super) const BACKGROUNDS: [&str; 2] = ["observer", "tabular"];
 
-/// Without directions of their own the observers of a grid look to eight sides, counter-clockwise from +x.
+/// Default directions of view for a grid of observers: eight, counter-clockwise from +x.
 const VIEWS_AROUND: [DVec3; 8] = [
     DVec3::X,
     DVec3::new(1.0, 1.0, 0.0),
@@ -33,19 +33,19 @@ const VIEWS_AROUND: [DVec3; 8] = [
     DVec3::new(1.0, -1.0, 0.0),
 ];
 
-/// A picture on a flat screen may not be wider than this: beyond it the cells at its rim see next to nothing.
+/// Widest field of a picture on a flat screen, in degrees. Beyond it the cells at the edge cover almost no solid angle.
 const WIDEST_FIELD_DEG: f64 = 170.0;
-/// Lines of sight to elements begin this share of the element's edge before it, and at least this share of the scene's size, so that
-/// rounding puts none behind its surface.
+/// A line of sight to an element begins just before the element. Its distance from the surface is the first share of the element's edge.
+/// It is at least the second share of the scene's size. So rounding never puts it behind the surface.
 const BEFORE_ELEMENT: f64 = 1e-3;
 const BEFORE_SURFACE: f64 = 1e-5;
-/// Cosine between an element's normal and the way to the eye from which on the eye sees that side.
+/// Least cosine between an element's normal and the direction to the eye for the eye to see that side.
 const GRAZING: f64 = 0.01;
-/// Sine between a direction and the axis that it must not be parallel to.
+/// Least sine between a direction and the axis that it must not be parallel to.
 const PARALLEL: f64 = 1e-6;
 
-/// What a receiver of a type that looks asks for, how its directions lie, and one point a direction; `None` for the
-/// types that lie on planes. `most` is how many points a fan or a view may still have.
+/// Reads a receiver type with directions of view: its quantity, its layout, and one point per direction. Returns `None` for the types
+/// with points on planes. `most` limits the number of points of a fan or a view.
 pub(super) fn read(
     kind: &str,
     fields: &Fields,
@@ -63,7 +63,7 @@ pub(super) fn read(
     };
     if kind == "ugr" {
         let view = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
-        // Where the background is that of walls, the points move there once they are known.
+        // If the background is that of walls, the points move there once the walls are known.
         let quantity = Quantity::Glare(read_background(fields)?);
         return Ok(Some((quantity, ReceiverLayout::Points, looking(vec![view]))));
     }
@@ -96,8 +96,7 @@ fn read_background(fields: &Fields) -> Result<Background, SceneError> {
     })
 }
 
-/// Observers at some places, each looking in all directions of a grid of observers, place by place; `most` is how many
-/// there may be.
+/// Makes observers at some points, each looking in all directions of a grid of observers, point by point. `most` limits their number.
 pub(super) fn look_around(
     fields: &Fields,
     places: &[ReceiverPoint],
@@ -116,8 +115,8 @@ pub(super) fn look_around(
     Ok((read_background(fields)?, points))
 }
 
-/// Lines of sight from an eye to the middles of all elements of a surface that turn a side to it. They begin right before the element,
-/// so that what stands between hides nothing: luminance is asked for of the element, not of the view.
+/// Makes lines of sight from an eye to the middles of all elements that turn a side to it. They begin just before the element. Obstacles
+/// in between therefore hide nothing: the result is the luminance of the element, not of the view.
 fn towards_elements(
     node: &Node,
     surfaces: &Surfaces,
@@ -181,7 +180,7 @@ fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {
     directions.iter().map(Node::direction).collect()
 }
 
-/// Directions turned about an axis, counter-clockwise seen from its tip.
+/// Reads directions turned about an axis, counter-clockwise as seen from its tip.
 fn read_fan(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let fields = node.fields("a fan of directions")?;
     fields.only(&FAN_KEYS)?;
@@ -203,7 +202,7 @@ fn read_fan(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), Scen
     Ok((ReceiverLayout::Fan { from_deg, to_deg }, (0..count).map(turned).collect()))
 }
 
-/// Directions through the middles of the cells of a flat screen.
+/// Reads directions through the middles of the cells of a flat screen.
 fn read_view(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let fields = node.fields("a view")?;
     fields.only(&VIEW_KEYS)?;
@@ -261,7 +260,7 @@ fn check_not_parallel(node: &Node, direction: DVec3, other: DVec3, key: &str) ->
     ))
 }
 
-/// An observer at each point, who looks along its normal.
+/// Makes an observer at each point, looking along its normal.
 pub(super) fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
     points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }

@@ -1,4 +1,4 @@
-//! Strict JSON: the text of a scene file to a syntax tree with places.
+//! Strict JSON: from the text of a scene file to a syntax tree with positions.
 
 use std::path::Path;
 use std::str::Utf8Error;
@@ -12,7 +12,7 @@ use super::error::SceneError;
 use super::plain_file::read_plain_file;
 use super::reader::{Source, shortened};
 
-/// Largest file that is read without a word: vertices and faces of some five million triangles.
+/// Largest file in bytes that is read without `--allow-large`: vertices and faces of some five million triangles.
 pub(super) const LARGEST_FILE_BYTES: u64 = 512 << 20;
 
 /// Reads a file as UTF-8 text.
@@ -34,7 +34,7 @@ pub(super) fn read_bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError>
     read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| unreadable(path, kind, &error))
 }
 
-/// The text that bytes are.
+/// Returns bytes as UTF-8 text.
 ///
 /// # Errors
 ///
@@ -81,8 +81,8 @@ pub(super) fn parse<'t>(source: &Source<'t>) -> Result<Value<'t>, SceneError> {
         allow_non_finite_numbers: false,
         allow_extended_string_escapes: false,
     };
-    // The syntax tree's parser lets a few things pass that JSON does not know, such as 012 or line ends within texts; a
-    // second, stricter parser finds them. Of two findings the earlier one is the fault.
+    // The parser of the syntax tree accepts a few things that are not JSON, such as 012 or line breaks within texts. A second, stricter
+    // parser finds them. If both report an error, the earlier one counts.
     let strict = serde_json::from_str::<IgnoredAny>(source.text).err().map(|error| refuse_strictly(source, &error));
     match (parse_to_ast(source.text, &CollectOptions::default(), &options), strict) {
         (Ok(_), Some((_, refusal))) => Err(refusal),
@@ -99,7 +99,7 @@ fn refuse_syntax(source: &Source, error: &ParseError) -> SceneError {
     let (expected, remedy) = advice(error.kind());
     let what = format!("malformed JSON: {}", lower_first(&error.kind().to_string()));
 
-    // An object or list without an end is reported where it begins; the author also wants to know where the text ended.
+    // An object or list without an end is reported at its beginning. The message also says where the text ended.
     let is_unterminated =
         matches!(error.kind(), ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray);
     if is_unterminated {
@@ -112,7 +112,7 @@ fn refuse_syntax(source: &Source, error: &ParseError) -> SceneError {
     source.refuse(range.start..range.end, "", what, got, expected, remedy)
 }
 
-/// A refusal and the byte at which it lies.
+/// Returns a refusal and its byte position.
 fn refuse_strictly(source: &Source, error: &serde_json::Error) -> (usize, SceneError) {
     let text = source.text;
     let start = byte_of(text, error.line(), error.column());
@@ -159,7 +159,7 @@ fn refuse_strictly(source: &Source, error: &serde_json::Error) -> (usize, SceneE
     (start, refusal)
 }
 
-/// What stands to reason at a syntax error.
+/// Returns what was expected and a remedy for a syntax error.
 fn advice(kind: &ParseErrorKind) -> (&'static str, &'static str) {
     match kind {
         ParseErrorKind::CommentsNotAllowed => ("JSON without comments", "delete the comment"),
@@ -195,7 +195,7 @@ fn lower_first(text: &str) -> String {
     characters.next().map_or(String::new(), |first| first.to_lowercase().chain(characters).collect())
 }
 
-/// Byte number of a line and column that count bytes from 1.
+/// Returns the byte position of a line and column. Both count from 1, the column in bytes.
 fn byte_of(text: &str, line: usize, column: usize) -> usize {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     start + column.saturating_sub(1)

@@ -1,4 +1,4 @@
-//! What a photometric file says of the luminaires that name it.
+//! Content of a photometric file for the luminaires that name it.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -9,12 +9,12 @@ use super::error::SceneError;
 use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::Node;
 
-/// A product, by its photometric file; empty where that says nothing.
+/// Product data of a photometric file. Missing entries are empty.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Product {
     /// Name of the file.
     pub file: String,
-    /// Maker.
+    /// Manufacturer.
     pub manufacturer: String,
     /// Name of the luminaire.
     pub luminaire: String,
@@ -23,7 +23,7 @@ pub struct Product {
 }
 
 impl Product {
-    /// Maker, luminaire and catalogue number, as far as they are told; a name that says the same again is left out.
+    /// Joins manufacturer, luminaire and catalogue number, as far as given. A repeated name appears once.
     pub fn words(&self) -> String {
         let number = match self.catalog_number.trim() {
             "" => String::new(),
@@ -39,7 +39,7 @@ impl Product {
     }
 }
 
-/// What a photometric file says of every luminaire that names it.
+/// Content of a photometric file, for every luminaire that names it.
 pub(super) struct FileDistribution {
     pub product: Arc<Product>,
     pub web: Arc<IntensityWeb>,
@@ -49,12 +49,12 @@ pub(super) struct FileDistribution {
     pub warnings: Vec<String>,
 }
 
-/// The files read so far: luminaires that name the same one share what it says.
+/// The files read so far. Luminaires that name the same file share its content.
 #[derive(Default)]
 pub(super) struct PhotometricFiles(HashMap<PathBuf, FileDistribution>);
 
 impl PhotometricFiles {
-    /// What the file that a node names says.
+    /// Returns the content of the file that a node names.
     pub fn named(&mut self, node: &Node, base_dir: &Path) -> Result<&FileDistribution, SceneError> {
         Ok(match self.0.entry(base_dir.join(node.name()?)) {
             Entry::Occupied(known) => known.into_mut(),

@@ -1,4 +1,4 @@
-//! Where geometry stands: a scale, three turns and a shift.
+//! Placement of geometry: a scale, three rotations and a shift.
 
 use glam::{DMat3, DVec3};
 
@@ -8,17 +8,17 @@ use super::reader::Node;
 /// Keys of a transform.
 pub(super) const KEYS: [&str; 3] = ["scale", "rotate_deg", "translate"];
 
-/// p′ = T·R_z·R_y·R_x·s·p, in the file's unit.
+/// A placement p′ = T·R_z·R_y·R_x·s·p, in the file's unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placing {
-    /// s: lengths grow by it.
+    /// s: factor of all lengths.
     pub scale: f64,
     linear: DMat3,
     translate: DVec3,
 }
 
 impl Placing {
-    /// Leaves everything where it is.
+    /// Placement that changes nothing.
     pub const HERE: Placing = Placing { scale: 1.0, linear: DMat3::IDENTITY, translate: DVec3::ZERO };
 
     /// Reads a `transform`.
@@ -31,18 +31,18 @@ impl Placing {
         Ok(Placing { scale, linear: turns(angles) * scale, translate })
     }
 
-    /// The turns alone.
+    /// The rotations alone.
     pub fn turn(&self) -> DMat3 {
         self.linear * self.scale.recip()
     }
 
-    /// The place of a point.
+    /// Applies the placement to a point.
     pub fn apply(&self, point: DVec3) -> DVec3 {
         self.linear * point + self.translate
     }
 }
 
-/// R_z·R_y·R_x: turns about the fixed axes, counter-clockwise seen from the axis' tip.
+/// R_z·R_y·R_x: rotations about the fixed axes, counter-clockwise as seen from the axis' tip.
 fn turns(angles_deg: DVec3) -> DMat3 {
     let [x, y, z] = angles_deg.to_array().map(sin_cos_deg);
     let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, x.1, x.0), DVec3::new(0.0, -x.0, x.1));
@@ -51,7 +51,7 @@ fn turns(angles_deg: DVec3) -> DMat3 {
     about_z * about_y * about_x
 }
 
-/// Sine and cosine of an angle in degrees, exact for quarter turns so that boxes turned by 90° still meet.
+/// Sine and cosine of an angle in degrees. They are exact for quarter turns, so that boxes turned by 90° still meet.
 pub(super) fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let quarter = angle_deg / 90.0;
     if quarter.fract() != 0.0 {
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(turns(DVec3::new(90.0, 0.0, 0.0)) * DVec3::Y, DVec3::Z);
         assert_eq!(turns(DVec3::new(0.0, 90.0, 0.0)) * DVec3::Z, DVec3::X);
         assert_eq!(turns(DVec3::new(0.0, 0.0, 90.0)) * DVec3::X, DVec3::Y);
-        // y goes to z about x, and z to x about y.
+        // A turn about x takes y to z, and a turn about y takes z to x.
         assert_eq!(turns(DVec3::new(90.0, 90.0, 0.0)) * DVec3::Y, DVec3::X);
         assert_eq!(turns(DVec3::new(0.0, -270.0, 450.0)) * DVec3::Z, DVec3::Y);
     }

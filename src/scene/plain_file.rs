@@ -1,32 +1,32 @@
-//! Files as bytes: plain ones alone, up to a size that a slip or a hoax would pass.
+//! Reads files as bytes: only regular files, and only up to a size limit against errors and attacks.
 
 use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the user has said that large files are meant. One word holds for all files of a process.
+/// Whether the user has allowed large files. It holds for all files of a process.
 static ALLOWS_LARGE: AtomicBool = AtomicBool::new(false);
 
-/// Lets files of any size be read that fit into memory.
+/// Allows files of any size that fit into memory.
 pub fn allow_large_files() {
     ALLOWS_LARGE.store(true, Ordering::Relaxed);
 }
 
-/// Bytes of a plain file of at most so many bytes, or of any size once large files are allowed.
+/// Returns the bytes of a regular file of at most `most_bytes` bytes, or of any size once large files are allowed.
 ///
-/// A device has no end and a pipe may never begin, so that neither is opened; nor are files of `/proc` and `/sys`, which
-/// have no size or a wrong one, and some of which never end. No more is read than the file has when it is opened: one that
-/// grows for ever ends there too.
+/// Devices and pipes are never opened: a device has no end, and a pipe may never begin. Files in `/proc` and `/sys` are not opened
+/// either: their size is missing or wrong, and some never end. The size at opening limits the reading. A file that grows for ever
+/// therefore ends there too.
 ///
 /// # Errors
 ///
-/// A file that is missing, cannot be read, is no plain file, is too large, or does not fit into memory.
+/// A file that is missing, cannot be read, is not a regular file, is too large, or does not fit into memory.
 pub(super) fn read_plain_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
     read_at_most(path, largest_bytes(most_bytes))
 }
 
-/// So many bytes, or any number of them once large files are allowed.
+/// Returns `most_bytes`, or no limit once large files are allowed.
 pub(super) fn largest_bytes(most_bytes: u64) -> u64 {
     if ALLOWS_LARGE.load(Ordering::Relaxed) { u64::MAX } else { most_bytes }
 }
@@ -52,7 +52,7 @@ fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {
     whole(File::open(path)?, &metadata)
 }
 
-/// Whether a file lies where the system shows what it knows, by whatever name it is called.
+/// Whether a file belongs to `/proc` or `/sys`, under any name.
 #[cfg(unix)]
 fn is_of_the_system(metadata: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -65,7 +65,7 @@ fn is_of_the_system(_: &Metadata) -> bool {
     false
 }
 
-/// All bytes of an opened file as it was before: of one that was cut off, or written to, nobody knows what was read.
+/// Reads all bytes of an opened file. It fails if the file was cut off or changed since `before`, because its content is then uncertain.
 fn whole(mut file: File, before: &Metadata) -> Result<Vec<u8>> {
     let size = before.len();
     let mut bytes = Vec::new();
@@ -92,13 +92,13 @@ mod tests {
         assert!(error.kind() == ErrorKind::FileTooLarge && error.to_string().contains("--allow-large"), "{error}");
         #[cfg(target_os = "linux")]
         for endless in ["/dev/zero", "/dev/kmsg", "/dev/stdin", "/proc/kmsg", "/proc/cpuinfo", "/proc/self/mem"] {
-            // What a machine does not have is refused as missing; what a test is given to read may be a plain file.
+            // A missing file is refused as missing. `/dev/stdin` of a test may be a regular file.
             let read = read_at_most(Path::new(endless), u64::MAX);
             assert!(read.is_err() || endless == "/dev/stdin", "{endless}: {read:?}");
         }
         #[cfg(target_os = "linux")]
         {
-            // Another name changes nothing, and a plain file without a byte is one.
+            // A link does not change the result, and an empty regular file is valid.
             let link = folder.path().join("mesh.obj");
             std::os::unix::fs::symlink("/proc/version", &link).expect("a link");
             let error = read_at_most(&link, 10).expect_err("of the system");
@@ -116,7 +116,7 @@ mod tests {
             std::fs::write(&path, b"0123456789").expect("written");
             let before = std::fs::metadata(&path).expect("there");
             std::fs::write(&path, now).expect("written");
-            // A file of the same size is told by the time of its last change, which may be the same tick of the clock.
+            // For a file of the same size only the time of its last change differs. Both changes may fall in the same tick of the clock.
             let read = whole(File::open(&path).expect("opened"), &before);
             assert!(now.len() == 10 || read.is_err_and(|error| error.kind() == ErrorKind::ResourceBusy));
         }

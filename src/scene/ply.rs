@@ -14,17 +14,17 @@ use super::shapes::GeometryShape;
 
 /// The properties of a vertex that are read.
 pub(super) const PLACES: [&str; 3] = ["x", "y", "z"];
-/// The properties of a face that are read, whichever it has.
+/// The properties of a face that are read. A face has one of them.
 pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// Reads a mesh. Warnings say what was passed over and matters.
+/// Reads a mesh. Warnings name the ignored parts of the file that matter.
 ///
 /// # Errors
 ///
-/// Files that are damaged or cut short, corners that do not exist or are at no finite place, and files without a face.
+/// Files that are damaged or cut short, corners that do not exist or have non-finite coordinates, and files without a face.
 pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let refuse = |error: &dyn std::fmt::Display| {
-        // The parser's words come in several lines.
+        // The parser's message has several lines.
         let got = error.to_string().split_whitespace().collect::<Vec<&str>>().join(" ");
         refusal(
             path,
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
     let mut vertices: Vec<PlyVertex> = Vec::new();
     let mut faces: Vec<PlyFace> = Vec::new();
     for element in header.elements.values() {
-        // Every element takes a byte at least, so that no header asks for more than the file has.
+        // Every element takes at least one byte, so no header can request more than the file has.
         let most = bytes.len().min(MOST_MESH_TRIANGLES);
         if element.count > most || (element.properties.is_empty() && element.count > 0) {
             let got = format!("{} of {:?} with {} properties", element.count, element.name, element.properties.len());
@@ -100,7 +100,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
     Ok(mesh.finish())
 }
 
-/// An element of no interest.
+/// An element that is ignored.
 struct Passed;
 
 impl PropertyAccess for Passed {
@@ -109,7 +109,7 @@ impl PropertyAccess for Passed {
     }
 }
 
-/// A place; not a number where the file gives none.
+/// A position; not a number where the file gives no coordinate.
 struct PlyVertex {
     place: DVec3,
 }

@@ -1,5 +1,5 @@
-//! Points files: CSV with the header `x,y,z,nx,ny,nz` and optionally `area`; or, where the name ends in `.pts`, sensors of Radiance: the same
-//! six numbers a line, with blanks between and no header.
+//! Points files: CSV with the header `x,y,z,nx,ny,nz` and optionally `area`. A file whose name ends in `.pts` holds sensors of Radiance:
+//! the same six numbers per line, with blanks between and no header.
 
 use std::ops::Range;
 use std::path::Path;
@@ -13,15 +13,15 @@ use super::units::LengthUnit;
 use super::vectors::direction;
 
 const HEADER: [&str; 7] = ["x", "y", "z", "nx", "ny", "nz", "area"];
-/// Columns that must be there.
+/// Number of columns that a file must have.
 const NEEDED: usize = 6;
 
-/// Reads the points of a file; places are in the file's unit, areas in its square. Empty lines count for nothing.
+/// Reads the points of a file. Positions are in the file's unit, areas in its square. Empty lines are ignored.
 ///
 /// # Errors
 ///
-/// A wrong header, a row with too few or too many fields, a field that is no finite number, a normal of length 0, an
-/// area that is not above 0, a file without a point: with line and column.
+/// A wrong header, a row with too few or too many fields, a field that is no finite number, a normal of length 0, an area that is not
+/// above 0, a file without a point. The error gives line and column.
 pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<ReceiverPoint>, SceneError> {
     let source = Source { text, path };
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pts")) {
@@ -39,7 +39,7 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
         ));
     };
 
-    // A byte-order mark, which spreadsheets like to write, is no part of the first name.
+    // Spreadsheets often write a byte-order mark. It does not belong to the first name.
     let names: Vec<String> =
         text[header.clone()].trim_start_matches('\u{feff}').split(',').map(|name| name.trim().to_lowercase()).collect();
     let columns = names.len();
@@ -74,7 +74,7 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
     Ok(points)
 }
 
-/// Sensors of Radiance, as honeybee writes them for its grids.
+/// Reads sensors of Radiance, as honeybee writes them for its grids.
 fn read_sensors(source: &Source, unit: LengthUnit) -> Result<Vec<ReceiverPoint>, SceneError> {
     let remedy = "write x y z dx dy dz with blanks between, one sensor a line";
     let row = |line: Range<usize>| {
@@ -159,7 +159,7 @@ fn lines(text: &str) -> impl Iterator<Item = Range<usize>> + '_ {
     })
 }
 
-/// Byte ranges of a line's fields, without the white space around them.
+/// Byte ranges of a line's fields, without surrounding white space.
 fn fields(text: &str, line: &Range<usize>) -> Vec<Range<usize>> {
     let mut start = line.start;
     text[line.clone()]

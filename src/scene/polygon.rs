@@ -2,17 +2,17 @@
 
 use glam::DVec3;
 
-/// Triangles (as places in `corners`) of a simple polygon, turned as the polygon is; concave ones are cut along lines
-/// inside of them.
+/// Returns the triangles of a simple polygon as indices in `corners`. They have the polygon's sense of rotation. Concave polygons are cut
+/// along lines inside them.
 ///
-/// A polygon that is not plane is cut as its projection along its mean normal is. One without an area, or that crosses
-/// itself, still becomes `n − 2` triangles.
+/// A polygon that is not plane is cut as its projection along its mean normal. One without an area, or that crosses itself, still becomes
+/// `n − 2` triangles.
 pub(crate) fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut triangles = Vec::with_capacity(corners.len().saturating_sub(2));
     let normal = newell_normal(corners);
 
-    // Cut ears: corners that turn with the polygon and whose triangle holds no other corner.
+    // Cut ears: corners that turn with the polygon and whose triangle contains no other corner.
     while left.len() > 3 {
         let count = left.len();
         let ear = (0..count).find(|&tip| is_ear(corners, &left, tip, normal)).unwrap_or(0);
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_concave_polygon_is_cut_inside_of_itself() {
-        // An L, begun at every one of its corners: six of a 2×2 square's area less a 1×1 corner.
+        // An L, begun at each of its six corners: a 2×2 square less a 1×1 corner.
         let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
         for start in 0..6 {
             let turned: Vec<DVec3> =

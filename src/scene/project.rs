@@ -1,18 +1,18 @@
-//! Reads `project`: whose work a scene is, for reports.
+//! Reads `project`: client, author and date of a scene, for reports.
 
 use super::error::SceneError;
 use super::reader::Node;
 
-/// Whose work a scene is; what is not told is empty.
+/// Data of a project for reports. Missing entries are empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Project {
-    /// For whom.
+    /// Client.
     pub client: String,
-    /// By whom.
+    /// Author.
     pub author: String,
-    /// When, in the author's own words.
+    /// Date in the author's own words.
     pub date: String,
-    /// What else the client is to read.
+    /// Notes for the client.
     pub notes: String,
 }
 

@@ -1,4 +1,4 @@
-//! A model of another program as a scene to be edited: its geometry, and materials with what is known of them and what is not.
+//! Turns a model of another program into a scene for editing: its geometry, and materials with what is known and unknown about them.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,13 +15,13 @@ use super::reader::Source;
 use super::units::LengthUnit;
 use super::{not_read, parse, radiance_scene};
 
-/// Most that a colour is taken to reflect: the whitest paints do not reflect more.
+/// Largest reflectance taken from a colour. Even the whitest paints reflect no more.
 const WHITEST: f64 = 0.9;
 
-/// Ending of Radiance's scenes, and of files with their materials alone, which come first.
+/// Ending of Radiance's scenes, and ending of files with materials alone. The latter are read first.
 const RADIANCE: [&str; 2] = ["rad", "mat"];
 
-/// Whether a file is one of Radiance, several of which make a scene.
+/// Whether a file is a Radiance file. Several of them may make one scene.
 pub fn is_radiance(model: &Path) -> bool {
     RADIANCE.contains(&ending_of(model).as_str())
 }
@@ -44,7 +44,7 @@ pub fn propose_scene(model: &Path, named: &str) -> Result<Proposal, SceneError> 
     Ok(proposal)
 }
 
-/// Proposes a scene for files of Radiance, which are read as one: those of materials first, else in their order.
+/// Proposes a scene for several Radiance files, which are read as one. Files with materials come first, the others in the given order.
 ///
 /// # Errors
 ///
@@ -110,7 +110,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
     Ok(Proposal { materials, laws, geometry, warnings, reader_warnings, bounds_m, ..Proposal::default() })
 }
 
-/// What a material's looks let expect that it does to light.
+/// Estimates the reflection of a material from its look. Returns the material for the scene file, and what is known about it.
 fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
     let diffuse = |reflectance: f64| json!({ "type": "diffuse", "reflectance": reflectance });
     let Some(looks) = looks else {
@@ -121,7 +121,7 @@ fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
         };
         return (diffuse(UNKNOWN_REFLECTANCE), format!("not known: {why}"));
     };
-    // Rec. 709, the colours of glTF.
+    // Weights of Rec. 709, whose colours glTF uses.
     let [red, green, blue] = looks.base_color;
     let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
     let expected = if looks.has_texture { UNKNOWN_REFLECTANCE * luminance } else { luminance };

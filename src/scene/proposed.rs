@@ -1,23 +1,23 @@
-//! A proposed scene: what `luxmc convert` writes.
+//! A proposed scene: the output of `luxmc convert`.
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use super::names::place_words;
 
-/// Reflectance of what nothing is known of.
+/// Reflectance of materials about which nothing is known.
 pub(super) const UNKNOWN_REFLECTANCE: f64 = 0.5;
-/// Name of the lamp that stands in where a model has none.
+/// Name of the lamp that is added if a model has none.
 pub const STAND_IN: &str = "stand-in";
-/// Its flux in lm.
+/// Flux of that lamp in lm.
 const STAND_IN_LM: f64 = 1000.0;
-/// Where it stands beside what is no room, from the middle in sizes of the model: above, and to one side.
+/// Position of that lamp beside a model that is no room: above and to one side. It is an offset from the middle, in sizes of the model.
 const BESIDE: DVec3 = DVec3::new(0.4, -0.6, 0.8);
 
-/// A scene file in the making.
+/// The content of a scene file before it is written.
 #[derive(Clone, Debug, Default)]
 pub struct Proposal {
-    /// Every material, as the model tells it and as the scene has it.
+    /// Every material: its data in the model and in the scene.
     pub materials: Vec<ProposedMaterial>,
     /// The materials of the scene file.
     pub(super) laws: Map<String, Value>,
@@ -29,9 +29,9 @@ pub struct Proposal {
     pub(super) receivers: Vec<Value>,
     /// Lowest and highest corner in m.
     pub(super) bounds_m: [DVec3; 2],
-    /// What was passed over, what stands in, what is to be looked at.
+    /// Warnings: ignored content, stand-ins, and what the user should check.
     pub warnings: Vec<String>,
-    /// What the reader of a mesh passed over; who reads the scene file is told it again.
+    /// Warnings of the mesh reader. Reading the scene file reports them again.
     pub reader_warnings: Vec<String>,
 }
 
@@ -40,16 +40,16 @@ pub struct Proposal {
 pub struct ProposedMaterial {
     /// Its name in model and scene.
     pub name: String,
-    /// Triangles of a mesh, or surfaces of a Radiance scene, that are made of it.
+    /// Number of triangles of a mesh, or of surfaces of a Radiance scene, with this material.
     pub surfaces: usize,
-    /// What it does to light, as the scene file says it.
+    /// Its reflection, as in the scene file.
     pub law: Value,
-    /// Where that comes from, and what is not known.
+    /// Source of these values, and what is unknown.
     pub known: String,
 }
 
 impl Proposal {
-    /// The scene file.
+    /// Returns the scene file.
     pub fn scene_file(&self, title: &str) -> Value {
         let mut file = json!({
             "version": 1,
@@ -65,13 +65,13 @@ impl Proposal {
         file
     }
 
-    /// A lamp in the middle, where the model has none.
+    /// Adds a lamp in the middle of a model that has none.
     pub(super) fn let_a_lamp_stand_in(&mut self) {
         let [low_m, high_m] = self.bounds_m;
         self.stand_in(0.5 * (low_m + high_m), "in its middle");
     }
 
-    /// Moves the lamp that stands in out of a model that is solid: there it would light nothing.
+    /// Moves the added lamp out of a solid model. Inside it would light nothing.
     pub fn put_the_stand_in_beside(&mut self) {
         self.luminaires.pop();
         self.warnings.pop();
@@ -88,7 +88,7 @@ impl Proposal {
         ));
     }
 
-    /// Sets of receivers at the sensors of files, each under its name in the scene file.
+    /// Adds a receiver set for each file of sensors. `files` are their names in the scene file.
     pub fn receive_at(&mut self, files: impl IntoIterator<Item = String>) {
         for (number, file) in files.into_iter().enumerate() {
             let stem = std::path::Path::new(&file).file_stem().map(|stem| stem.to_string_lossy().into_owned());

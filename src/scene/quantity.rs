@@ -1,4 +1,4 @@
-//! What receivers ask for: quantities, their names, and how files ask for them.
+//! Quantities of receivers, their names, and how files give them.
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -6,45 +6,45 @@ use schemars::JsonSchema;
 use super::error::SceneError;
 use super::reader::Fields;
 
-/// What a receiver asks for.
+/// The quantity that a receiver computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Quantity {
-    /// On the plane of the point's own normal.
+    /// Illuminance on the plane of the point's own normal.
     #[default]
     Perpendicular,
-    /// On the mantle of a small upright cylinder: E_z = 1/π ∫ L sin ε dω, ε from the vertical.
+    /// Illuminance on the curved surface of a small upright cylinder: E_z = 1/π ∫ L sin ε dω, ε from the vertical.
     Cylindrical,
-    /// On the curved face of half an upright cylinder: E_sc = 1/π ∫ L (1 + cos α) sin ε dω, α from `direction`.
+    /// Illuminance on the curved face of half an upright cylinder: E_sc = 1/π ∫ L (1 + cos α) sin ε dω, α from `direction`.
     SemiCylindrical {
-        /// Horizontal unit vector to which the curved face looks.
+        /// Horizontal unit vector to which the curved face points.
         direction: DVec3,
     },
-    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. What maps and tables call
-    /// illuminance in lx is then this.
+    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. Maps and tables hold it in place of the
+    /// illuminance in lx.
     Luminance,
-    /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background
-    /// luminance: a point an observer, or where it is that of walls points on these, which tell it for all in the mean.
+    /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background luminance. It has
+    /// one point per observer. If the background is that of walls, the points lie on the walls and their mean holds for all observers.
     Glare(Background),
-    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. What maps and
-    /// tables call illuminance in lx is then this; points are no places.
+    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. Maps and tables
+    /// hold it in place of the illuminance in lx. Its points have no position.
     Intensity {
-        /// Axis about which one plane stands for all: the mean over all planes is asked for.
+        /// Axis about which one plane stands for all planes: the result is the mean over all planes.
         turned_about: Option<DVec3>,
     },
 }
 
-/// Where the indirect illuminance is taken that tells the background luminance.
+/// Where the indirect illuminance is taken from which the background luminance follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
-    /// At the eye, on the plane across the line of sight (CIE 117).
+    /// At the eye, on the plane perpendicular to the line of sight (CIE 117).
     #[default]
     Observer,
-    /// On the walls between eye and luminaires, in the mean (CIE 190).
+    /// On the walls between eye and luminaires, as a mean (CIE 190).
     Tabular,
 }
 
 impl Background {
-    /// Name as the scene file writes it.
+    /// Name as in the scene file.
     pub fn name(self) -> &'static str {
         match self {
             Background::Observer => "observer",
@@ -54,17 +54,17 @@ impl Background {
 }
 
 impl Quantity {
-    /// Whether it is an illuminance of the points themselves.
+    /// Whether it is an illuminance at the points themselves.
     pub fn is_illuminance(self) -> bool {
         !matches!(self, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. })
     }
 
-    /// Whether all that a point receives comes from the hemisphere above it: cylinders turn their planes.
+    /// Whether a point receives light only from the hemisphere above it. For cylinders the plane turns.
     pub fn has_one_hemisphere(self) -> bool {
         self == Quantity::Perpendicular
     }
 
-    /// Name as the scene file writes it.
+    /// Name as in the scene file.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Perpendicular => "perpendicular",
@@ -77,7 +77,7 @@ impl Quantity {
     }
 }
 
-/// What can be asked for at points and grids, as files name it.
+/// Quantities of points and grids; names as in files.
 pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
 
 /// What illuminance receivers ask for.
@@ -92,7 +92,7 @@ pub(super) enum QuantityName {
     SemiCylindrical,
 }
 
-/// What is asked for at points and grids, and the normal to which it turns them all: horizontal and vertical illuminance do.
+/// Reads the quantity of points and grids, and the normal that replaces those of all points: for horizontal and vertical illuminance.
 pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneError> {
     let chosen = fields.get("quantity").map_or(Ok(0), |node| node.choice(&QUANTITIES))?;
     let name = QUANTITIES[chosen];
@@ -113,7 +113,7 @@ pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneEr
     }
 }
 
-/// Where something upright looks to.
+/// Reads the horizontal direction that an upright plane or half cylinder faces.
 fn read_front(fields: &Fields, name: &str) -> Result<DVec3, SceneError> {
     let node = fields.need("direction", "[1, 0, 0]: to where the plane or half cylinder looks")?;
     let direction = node.direction()?;

@@ -1,13 +1,13 @@
-//! Radiance scene files: materials and surfaces as they are written, line by line.
+//! Radiance scene files: materials and surfaces as written, line by line.
 //!
-//! Commands (`!xform …`) are never run: they are passed over and named.
+//! Commands (`!xform …`) are never run. They are skipped and listed.
 
 use std::ops::Range;
 
 use super::error::SceneError;
 use super::reader::{Source, shortened};
 
-/// A primitive: what modifies it, its type and name, and its arguments.
+/// A primitive: its modifier, type, name and arguments.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Primitive<'t> {
     pub modifier: &'t str,
@@ -15,23 +15,23 @@ pub(super) struct Primitive<'t> {
     pub name: &'t str,
     pub strings: Vec<&'t str>,
     pub reals: Vec<f64>,
-    /// Where its type stands.
+    /// Position of its type in the text.
     pub place: Range<usize>,
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug, Default)]
 pub(super) struct Primitives<'t> {
     pub primitives: Vec<Primitive<'t>>,
-    /// Commands that were not run.
+    /// Commands, which are not run.
     pub commands: Vec<&'t str>,
 }
 
-/// Reads all primitives of a file; an alias is a primitive of type `alias` with the old name as its string.
+/// Reads all primitives of a file. An alias is a primitive of type `alias` with the old name as its string.
 ///
 /// # Errors
 ///
-/// Primitives that are cut short, counts and numbers that are none.
+/// Primitives that are cut short, and invalid counts or numbers.
 pub(super) fn read<'t>(source: &Source<'t>) -> Result<Primitives<'t>, SceneError> {
     let mut found = Primitives::default();
     let mut words = RadianceWords { source, next: 0 };
@@ -57,7 +57,7 @@ pub(super) fn read<'t>(source: &Source<'t>) -> Result<Primitives<'t>, SceneError
             let word = words.need(&mut found.commands, &name, "a text of the primitive")?;
             primitive.strings.push(&source.text[word]);
         }
-        // Whole numbers are in the format and in no type.
+        // The format provides whole numbers, but no type uses them.
         for _ in 0..words.count(&mut found.commands, &name)? {
             words.need(&mut found.commands, &name, "a whole number of the primitive")?;
         }
@@ -111,7 +111,7 @@ impl<'t> RadianceWords<'_, 't> {
 
     fn count(&mut self, commands: &mut Vec<&'t str>, of: &Range<usize>) -> Result<usize, SceneError> {
         let word = self.need(commands, of, "a count of arguments")?;
-        // Every argument takes two bytes at least, so that no count asks for more than the file has.
+        // Every argument takes at least two bytes, so no count can request more than the file has.
         let most = self.source.text.len() / 2;
         let count = self.source.text[word.clone()].parse::<usize>().ok().filter(|count| *count <= most);
         count.ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! A Radiance scene as a scene of luxmc: its materials by what they do to light, its surfaces as meshes, its lights as luminaires.
+//! Converts a Radiance scene: materials by their reflection, surfaces to meshes, lights to luminaires.
 
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
@@ -12,15 +12,15 @@ use super::proposed::{Proposal, ProposedMaterial, UNKNOWN_REFLECTANCE};
 use super::radiance::{self, Primitive};
 use super::reader::{Source, shortened};
 
-/// Luminous efficacy that Radiance takes for its white, in lm/W. Source: "Rendering with Radiance", 1998.
+/// Luminous efficacy of white light in Radiance, in lm/W. Source: "Rendering with Radiance", 1998.
 const EFFICACY_LM_W: f64 = 179.0;
 /// Photometric weights of Radiance's red, green and blue. Source: the same.
 const WEIGHTS: [f64; 3] = [0.265, 0.670, 0.065];
-/// Refractive index of Radiance's glass where it names none.
+/// Default refractive index of Radiance's glass.
 const GLASS_INDEX: f64 = 1.52;
-/// Sides of a round surface: their prism has 0.3 % less area than the cylinder.
+/// Number of sides of a round surface. A prism of this many sides has 0.3 % less area than the cylinder.
 const SIDES: u32 = 24;
-/// Kinds of what modifies a material and is none: patterns and textures.
+/// Types of modifiers that are not materials: patterns and textures.
 const PATTERNS: [&str; 9] = [
     "brightdata",
     "brightfunc",
@@ -32,18 +32,18 @@ const PATTERNS: [&str; 9] = [
     "texdata",
     "texfunc",
 ];
-/// Kinds of what surfaces are not made of.
+/// Types that are not materials of surfaces.
 const NO_MATERIALS: [&str; 3] = ["source", "instance", "mesh"];
-/// Roughness under which a lobe is as narrow as the scene file allows.
+/// Roughness below which a lobe gets the narrowest width of the scene file.
 const SMOOTH: f64 = 2e-3;
 
-/// What a Radiance material is in the scene file.
+/// A Radiance material as it is in the scene file.
 #[derive(Clone, Debug)]
 struct Converted {
     law: Value,
     /// Exitance of lights in lm/m².
     exitance_lm_m2: f64,
-    /// What it was, and what became of the rest.
+    /// The original material, and what was changed.
     known: String,
 }
 
@@ -66,7 +66,7 @@ impl Faces {
 ///
 /// # Errors
 ///
-/// What is malformed, surfaces of materials that are not defined, and files without a surface.
+/// Malformed text, surfaces of materials that are not defined, and files without a surface.
 pub(super) fn propose(sources: &[Source]) -> Result<Proposal, SceneError> {
     let [first, ..] = sources else { return Ok(Proposal::default()) };
     let mut builder = RadianceScene::new(first);
@@ -86,7 +86,7 @@ pub(super) fn propose(sources: &[Source]) -> Result<Proposal, SceneError> {
 struct RadianceScene<'s, 't> {
     source: &'s Source<'t>,
     materials: HashMap<&'t str, Converted>,
-    /// Patterns and textures, which modify a material, with what they modify themselves.
+    /// Patterns and textures that modify a material, each with its own modifier.
     modifiers: HashMap<&'t str, &'t str>,
     meshes: BTreeMap<&'t str, Faces>,
     geometry: Vec<Value>,
@@ -148,10 +148,10 @@ impl<'s, 't> RadianceScene<'s, 't> {
         }
     }
 
-    /// The material of a surface, by way of the patterns and mixtures that modify it.
+    /// Returns the material of a surface. It follows the patterns and mixtures that modify it.
     fn material_of(&mut self, primitive: &Primitive<'t>) -> Result<&'t str, SceneError> {
         let mut name = primitive.modifier;
-        // A circle of modifiers ends where all have been seen.
+        // A cycle of modifiers ends once all have been visited.
         for _ in 0..=self.modifiers.len() {
             if self.materials.contains_key(name) {
                 *self.used.entry(name).or_default() += 1;
@@ -175,7 +175,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         self.source.refuse(primitive.place.clone(), "", what, got, expected, "correct its arguments")
     }
 
-    /// So many numbers of a primitive.
+    /// Returns the `N` numbers of a primitive.
     fn reals<const N: usize>(&self, primitive: &Primitive) -> Result<[f64; N], SceneError> {
         let wrong = || self.refuse(primitive, "has the wrong count of numbers", &format!("{N} numbers"));
         primitive.reals.as_slice().try_into().map_err(|_| wrong())
@@ -312,7 +312,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         Ok(())
     }
 
-    /// A surface of revolution between two circles; its front looks away from the axis, or along it where it is flat.
+    /// Adds a surface of revolution between two circles. Its front faces away from the axis, or along the axis if it is flat.
     fn round(
         &mut self,
         primitive: &Primitive<'t>,
@@ -362,7 +362,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         Err(self.refuse(primitive, "is one too many", &format!("at most {MOST_MESH_TRIANGLES} corners in a file")))
     }
 
-    /// A name that nothing else has.
+    /// Returns a name that nothing else has.
     fn unique(&mut self, name: &str) -> String {
         let count = self.names.entry(name.to_owned()).or_default();
         *count += 1;
@@ -418,7 +418,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
     }
 }
 
-/// What stands in for a material of a kind that is not read.
+/// Returns a stand-in for a material of a type that is not read.
 fn unknown(kind: &str) -> Converted {
     let known = format!("not known: materials of type {} are not read", shortened(kind));
     Converted { law: json!({ "type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE }), exitance_lm_m2: 0.0, known }
@@ -429,7 +429,7 @@ fn gray(rgb: [f64; 3]) -> f64 {
     rgb.iter().zip(WEIGHTS).map(|(value, weight)| value * weight).sum()
 }
 
-/// A diffuse part and a lobe. Ward's roughness α is about the exponent 2/α² − 2 of Phong's lobe.
+/// A diffuse part and a lobe. Ward's roughness α corresponds to the exponent 2/α² − 2 of Phong's lobe.
 fn glossy(diffuse: f64, specular: f64, roughness: f64) -> Value {
     if specular <= 0.0 {
         return json!({ "type": "diffuse", "reflectance": diffuse });

@@ -1,4 +1,4 @@
-//! Walks the syntax tree of a scene file by hand, so that every refusal knows its exact place.
+//! Reads the syntax tree of a scene file value by value, so that every refusal has its exact position.
 
 use std::ops::Range;
 use std::path::Path;
@@ -11,14 +11,14 @@ use jsonc_parser::common::Ranged;
 use super::error::{Refusal, SceneError, TextPlace};
 use super::names::{listed, nearest};
 
-/// A text and the name it goes by in messages.
+/// A text and its name in messages.
 pub(crate) struct Source<'t> {
     pub text: &'t str,
     pub path: &'t Path,
 }
 
 impl Source<'_> {
-    /// A refusal at a byte range of the text.
+    /// Makes a refusal at a byte range of the text.
     pub fn refuse(
         &self,
         range: Range<usize>,
@@ -40,7 +40,7 @@ impl Source<'_> {
     }
 }
 
-/// A value of the file and the way to it.
+/// A value of the file and its path there.
 #[derive(Clone)]
 pub(crate) struct Node<'a> {
     source: &'a Source<'a>,
@@ -48,7 +48,7 @@ pub(crate) struct Node<'a> {
     way: ValuePath<'a>,
 }
 
-/// The keys and places that lead to a value, written out only where somebody asks: most files have no fault.
+/// The keys and indices that lead to a value. They become text only for messages, because most files have no error.
 #[derive(Clone, Default)]
 struct ValuePath<'a>(Option<Rc<PathStep<'a>>>);
 
@@ -77,7 +77,7 @@ impl<'a> ValuePath<'a> {
     }
 }
 
-/// The keys of an object, each given once.
+/// The keys of an object. No key appears twice.
 #[derive(Clone)]
 pub(crate) struct Fields<'a> {
     node: Node<'a>,
@@ -89,29 +89,29 @@ pub(crate) struct Fields<'a> {
 pub(super) struct Entry<'a> {
     pub name: &'a str,
     pub value: Node<'a>,
-    /// Where the key stands.
+    /// Byte range of the key.
     pub key_range: Range<usize>,
 }
 
 impl<'a> Node<'a> {
-    /// The topmost value of a text.
+    /// Returns the topmost value of a text.
     pub fn root(source: &'a Source<'a>, value: &'a Value<'a>) -> Node<'a> {
         Node { source, value, way: ValuePath::default() }
     }
 
-    /// The way to the value, such as `geometry[0].min`.
+    /// Returns the path of the value, such as `geometry[0].min`.
     pub fn json_path(&self) -> String {
         self.way.text()
     }
 
-    /// `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
+    /// Returns `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
     pub fn as_namer(&self) -> String {
         let start = self.value.range().start;
         let TextPlace { line, column, .. } = TextPlace::of(self.source.text, start, start, "");
         format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path())
     }
 
-    /// Refuses the value as it stands.
+    /// Refuses the value; the message shows it as it is in the file.
     pub fn refuse(
         &self,
         what: impl Into<String>,
@@ -121,7 +121,7 @@ impl<'a> Node<'a> {
         self.refuse_as(what, self.described(), expected, remedy)
     }
 
-    /// Refuses the value, with other words for what it is.
+    /// Refuses the value; `got` describes it in the message.
     pub fn refuse_as(
         &self,
         what: impl Into<String>,
@@ -154,7 +154,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The keys of an object; `what` names it in messages (`a diffuse material`).
+    /// Returns the keys of an object. `what` names the object in messages (`a diffuse material`).
     pub fn fields(&self, what: &str) -> Result<Fields<'a>, SceneError> {
         let Value::Object(object) = self.value else {
             return Err(self.refuse_type(&format!("an object: {what}"), "write { \"key\": value, … }"));
@@ -183,7 +183,7 @@ impl<'a> Node<'a> {
         Ok(fields)
     }
 
-    /// The values of a list.
+    /// Returns the values of a list.
     pub fn items(&self, what: &str) -> Result<Vec<Node<'a>>, SceneError> {
         let Value::Array(array) = self.value else {
             return Err(self.refuse_type(&format!("a list of {what}"), "write [ …, … ]"));
@@ -196,7 +196,7 @@ impl<'a> Node<'a> {
             .collect())
     }
 
-    /// A text, which may be empty.
+    /// Returns a text, which may be empty.
     pub fn text(&self) -> Result<&'a str, SceneError> {
         let Value::StringLit(text) = self.value else {
             return Err(self.refuse_type("a text in double quotes", "write \"…\""));
@@ -204,7 +204,7 @@ impl<'a> Node<'a> {
         Ok(&text.value)
     }
 
-    /// A text with something in it.
+    /// Returns a text that is not blank.
     pub fn name(&self) -> Result<&'a str, SceneError> {
         let name = self.text()?;
         if name.trim().is_empty() {
@@ -213,7 +213,7 @@ impl<'a> Node<'a> {
         Ok(name)
     }
 
-    /// One of a few texts: its place in the list.
+    /// Returns the index of a text in a list of allowed texts.
     pub fn choice(&self, allowed: &[&str]) -> Result<usize, SceneError> {
         let text = self.text()?;
         allowed.iter().position(|name| *name == text).ok_or_else(|| {
@@ -225,7 +225,7 @@ impl<'a> Node<'a> {
         })
     }
 
-    /// `true` or `false`.
+    /// Returns `true` or `false`.
     pub fn boolean(&self) -> Result<bool, SceneError> {
         let Value::BooleanLit(boolean) = self.value else {
             return Err(self.refuse_type("true or false", "write true or false, without quotes"));
@@ -238,7 +238,7 @@ impl<'a> Node<'a> {
         matches!(self.value, Value::StringLit(_))
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     pub fn number(&self) -> Result<f64, SceneError> {
         let Value::NumberLit(number) = self.value else {
             return Err(self.refuse_type("a number", "write the number without quotes, brackets or a unit"));
@@ -253,7 +253,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// A number of at least 0.
+    /// Returns a number of at least 0.
     pub fn at_least_zero(&self, quantity: &str) -> Result<f64, SceneError> {
         let value = self.number()?;
         if value < 0.0 {
@@ -262,7 +262,7 @@ impl<'a> Node<'a> {
         Ok(value)
     }
 
-    /// A number above 0.
+    /// Returns a number above 0.
     pub fn above_zero(&self, quantity: &str) -> Result<f64, SceneError> {
         let value = self.number()?;
         if value <= 0.0 {
@@ -272,9 +272,9 @@ impl<'a> Node<'a> {
         Ok(value)
     }
 
-    /// A number from 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn fraction(&self, quantity: &str) -> Result<f64, SceneError> {
-        /// From here on a number looks like one in percent rather than a slip.
+        /// From this value on, a number is probably in percent rather than a typing error.
         const PERCENT_FROM: f64 = 2.0;
         let value = self.number()?;
         if value < 0.0 {
@@ -291,7 +291,7 @@ impl<'a> Node<'a> {
         Ok(value)
     }
 
-    /// A whole number of at least 1.
+    /// Returns a whole number of at least 1.
     pub fn count(&self, quantity: &str) -> Result<u32, SceneError> {
         let value = self.number()?;
         if value < 1.0 || value.fract() != 0.0 || value > f64::from(u32::MAX) {
@@ -301,7 +301,7 @@ impl<'a> Node<'a> {
         Ok(value as u32)
     }
 
-    /// Three finite numbers.
+    /// Returns three finite numbers.
     pub fn vector(&self) -> Result<DVec3, SceneError> {
         let expected = "a list of three numbers: [x, y, z]";
         let Value::Array(array) = self.value else {
@@ -315,10 +315,10 @@ impl<'a> Node<'a> {
         Ok(DVec3::new(numbers[0], numbers[1], numbers[2]))
     }
 
-    /// A direction: three numbers, not all 0, made one unit long.
+    /// Returns a unit vector from three numbers, which must not all be 0.
     pub fn direction(&self) -> Result<DVec3, SceneError> {
         let vector = self.vector()?;
-        // Scaled to its largest component first, so that neither tiny nor huge directions lose their length.
+        // First scaled by the largest component, so that the length of tiny or huge vectors does not underflow or overflow.
         let largest = vector.abs().max_element();
         if largest == 0.0 {
             let what = format!("\"{}\" has no direction", self.json_path());
@@ -339,7 +339,7 @@ impl<'a> Fields<'a> {
         &self.node
     }
 
-    /// All keys in the order of the file.
+    /// Returns all keys in the order of the file.
     pub(super) fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
         self.properties.iter().map(|property| self.entry(property))
     }
@@ -376,13 +376,13 @@ impl<'a> Fields<'a> {
         self.node.source.refuse(entry.key_range.clone(), &entry.value.json_path(), what, got, expected, remedy)
     }
 
-    /// The value of a key, where it is given.
+    /// Returns the value of a key, if it is given.
     pub fn get(&self, key: &str) -> Option<Node<'a>> {
         let property = self.properties.iter().find(|property| property.name.as_str() == key)?;
         Some(self.entry(property).value)
     }
 
-    /// The value of a key that must be given.
+    /// Returns the value of a key that must be given.
     pub fn need(&self, key: &str, example: &str) -> Result<Node<'a>, SceneError> {
         self.get(key).ok_or_else(|| {
             self.node.refuse(
@@ -393,7 +393,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// Of two keys that say the same in different ways, the one that is given: its place (0 or 1) and value.
+    /// Returns the index (0 or 1) and value of the one key that is given, of two keys for the same quantity.
     pub fn one_of(&self, keys: [&str; 2]) -> Result<(usize, Node<'a>), SceneError> {
         let expected = format!("either \"{}\" or \"{}\"", keys[0], keys[1]);
         match keys.map(|key| self.get(key)) {
@@ -414,7 +414,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a mistyped name may stand for, as a remedy.
+/// Returns a remedy for a mistyped name: the allowed name that it may mean.
 pub(super) fn meant<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
     match nearest(typed, allowed) {
         Some(name) => format!("perhaps \"{name}\" is meant"),
@@ -422,9 +422,9 @@ pub(super) fn meant<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>)
     }
 }
 
-/// A text short enough for a message.
+/// Shortens a text for a message.
 pub(super) fn shortened(text: &str) -> String {
-    /// Characters that a message repeats of a value.
+    /// Most characters of a value that a message repeats.
     const MOST: usize = 60;
     if text.chars().count() <= MOST {
         return text.to_string();

@@ -17,7 +17,7 @@ use super::units::LengthUnit;
 use super::vectors::span_a_plane;
 use super::{given, intensity, parse, points_file, requirements, room_receivers, surroundings};
 
-/// The receiver types, as files name them.
+/// The receiver types; names as in files.
 pub(super) const TYPES: [&str; 7] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity", "room"];
 
 /// Keys that several receiver types share.
@@ -25,11 +25,11 @@ const NAMED: &[&str] = &["name", "type"];
 const BY_CORNERS: &[&str] = &["origin", "u", "v", "columns", "rows"];
 const OVER_A_SURFACE: &[&str] = &["surface", "height", "margin", "spacing"];
 const MEASURING: &[&str] = &["quantity", "direction", "requirements"];
-/// Of grids alone.
+/// Key that only grids have.
 const ABOUT: &[&str] = &[surroundings::KEY];
 const OBSERVING: &[&str] = &["view_directions", "background", "requirements"];
 
-/// Keys of a receiver type, its place in [`TYPES`]; grids have those of both their forms.
+/// Keys of a receiver type. `kind` is the index in [`TYPES`]. Grids have the keys of both their forms.
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     match TYPES[kind] {
         "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING, ABOUT].concat(),
@@ -45,14 +45,14 @@ pub(super) fn keys(kind: usize) -> Vec<&'static str> {
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
-/// What receivers refer to.
+/// Data that receivers refer to.
 pub(super) struct ReceiverContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub surfaces: &'a Surfaces,
 }
 
-/// Reads all receivers; whether points lie inside of solids is told later.
+/// Reads all receivers. A later step finds which points lie inside solids.
 pub(super) fn read(node: &Node, around: &ReceiverContext) -> Result<Vec<ReceiverSet>, SceneError> {
     let mut names = HashMap::new();
     let mut sets: Vec<ReceiverSet> = Vec::new();
@@ -65,7 +65,7 @@ pub(super) fn read(node: &Node, around: &ReceiverContext) -> Result<Vec<Receiver
             continue;
         }
         let set = read_one(&item, around, &mut names, left)?;
-        // Lists of points and of directions are as long as the file says, and need no limit.
+        // Lists of points and of directions need no limit: the file contains each entry.
         let is_made = set.layout != ReceiverLayout::Points || set.observers.len() > 1;
         if is_made {
             left -= set.points.len() as u64;

@@ -1,7 +1,8 @@
-//! Parts of a scene's receivers, for runs that share them out: every n-th point of each set.
+//! Parts of a scene's receivers, for runs that share the points: every n-th point of each set.
 //!
-//! Neighbours go to different parts, so that each part is a sample of the whole: its mean, its contrast and its error are those of the set
-//! but for chance. Observers of glare and intensities of the far field are told by all their points together: such a set goes to one part.
+//! Neighbours go to different parts, so each part is a sample of the whole. Its mean, contrast and error differ from those of the set
+//! only by chance. Observers of glare and intensities of the far field need all their points together. Such a set goes to one part as a
+//! whole.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct ReceiversPart {
     /// Its number, counted from 1.
     pub number: u32,
-    /// How many there are.
+    /// Number of parts.
     pub of: u32,
 }
 
@@ -24,18 +25,18 @@ impl ReceiversPart {
     /// All receivers as one part.
     pub const WHOLE: ReceiversPart = ReceiversPart { number: 1, of: 1 };
 
-    /// Which point of a set that is shared out the `local`-th one of this part is.
+    /// Index in the whole set of the `local`-th point of this part.
     #[inline]
     pub fn nth(self, local: usize) -> usize {
         self.first() + local * self.of as usize
     }
 
-    /// How many of so many points are in this part.
+    /// Number of points in this part, for a set of `points` points.
     pub fn count_of(self, points: usize) -> usize {
         (self.first()..points).step_by(self.of as usize).len()
     }
 
-    /// The first point of a set that is in this part.
+    /// Index of the first point of a set that is in this part.
     pub fn first(self) -> usize {
         self.number as usize - 1
     }

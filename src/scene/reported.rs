@@ -1,23 +1,23 @@
-//! Which surfaces reports and the terminal tell of: all but those that say `"report": false` and what luminaires are made of.
+//! Selects the surfaces for reports and the terminal: all except those with `"report": false` and those that luminaires are made of.
 
 use std::collections::BTreeSet;
 
 use super::model::{Luminaire, Surface};
 
-/// What a surface's geometry says of reports.
+/// How the geometry of a surface decides whether reports show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reporting {
-    /// What the file asks for.
+    /// The file gives `report`.
     Asked(bool),
-    /// Nothing; a room that is seen from inside is reported, whatever shines in it.
+    /// No `report`. The geometry is a room seen from inside: reports show it, even if parts of it emit.
     Room,
-    /// Nothing; where a part of the geometry shines all of it is a luminaire.
+    /// No `report`. If a part of the geometry emits, the whole geometry is a luminaire.
     Housing,
-    /// Nothing; of a mesh the part that shines is a luminaire.
+    /// No `report`. The geometry is a mesh: only the part that emits is a luminaire.
     Part,
 }
 
-/// Names of the surfaces that stay out of reports; where luminaires are all that there is, they are reported.
+/// Names of the surfaces that reports leave out. If the scene has only luminaires, reports show them.
 pub(super) fn unreported(surfaces: &[Surface], reporting: &[Reporting], luminaires: &[Luminaire]) -> BTreeSet<String> {
     let shining: BTreeSet<u32> =
         luminaires.iter().flat_map(|luminaire| luminaire.emission.surfaces()).copied().collect();

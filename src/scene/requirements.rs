@@ -1,4 +1,4 @@
-//! Reads `requirements` of receivers: least or greatest values, or an entry of a standard that names them.
+//! Reads `requirements` of receivers: least or greatest values, or an entry of a standard with its values.
 
 use super::error::SceneError;
 use super::names::{listed, nearest};
@@ -10,7 +10,7 @@ use super::standard::{
 };
 use super::standard_entries::ENTRIES;
 
-/// What a receiver that asks for a quantity is to keep. Numbers that stand beside an entry take the place of its own.
+/// Reads the requirements of a receiver with a quantity. Numbers given together with an entry replace the entry's numbers.
 pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirement>, SceneError> {
     let Some(node) = receiver.get("requirements") else { return Ok(Vec::new()) };
     let fields = node.fields("the requirements of a receiver")?;
@@ -56,7 +56,7 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
 /// Keys of the requirements of a room.
 pub(super) const ROOM_KEYS: [&str; 2] = ["en_12464_1", MODIFIED];
 
-/// An entry that is asked of a whole room, with the average in lx of its task area.
+/// An entry for a whole room, with the average in lx that the task area must have.
 #[derive(Clone, Copy)]
 pub(super) struct RoomEntry {
     entry: &'static StandardEntry,
@@ -64,7 +64,7 @@ pub(super) struct RoomEntry {
 }
 
 impl RoomEntry {
-    /// What a room's receiver names.
+    /// Reads the entry that a room's receiver names.
     pub fn read(receiver: &Fields) -> Result<RoomEntry, SceneError> {
         let fields =
             receiver.need("requirements", "{ \"en_12464_1\": \"34.2\" }")?.fields("the requirements of a room")?;
@@ -77,12 +77,12 @@ impl RoomEntry {
         Ok(RoomEntry { entry, task_lx })
     }
 
-    /// What it asks of the illuminance of an area.
+    /// Requirements of the entry for the illuminance of an area.
     pub fn of(&self, area: Area) -> Vec<Requirement> {
         self.required(area, |measure| measure != Measure::Ugr)
     }
 
-    /// What it asks of observers.
+    /// Requirements of the entry for observers.
     pub fn of_observers(&self) -> Vec<Requirement> {
         self.required(Area::Task, |measure| measure == Measure::Ugr)
     }
@@ -96,7 +96,8 @@ impl RoomEntry {
     }
 }
 
-/// What is asked of a set about a task that asks for an average, by the rule of EN 12464-1; `None` where the task asks for none.
+/// Requirements of EN 12464-1 for the surroundings or background of a task area, from the task's average. `None` if the task requires no
+/// average.
 pub(super) fn about(task: &[Requirement], area: Area) -> Option<Vec<Requirement>> {
     let of_task = task.iter().find(|requirement| requirement.measure == Measure::AverageLx)?;
     let average_lx = match area {
@@ -110,7 +111,7 @@ pub(super) fn about(task: &[Requirement], area: Area) -> Option<Vec<Requirement>
     Some(Measure::ALL.into_iter().filter_map(required).collect())
 }
 
-/// What of the room an entry is asked about: what the file names, or what the quantity tells.
+/// Reads the area of the room that an entry refers to: the area in the file, or else the one that follows from the quantity.
 fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>) -> Result<Area, SceneError> {
     let Some(node) = fields.get(AREA) else {
         return Ok(if quantity == Quantity::Cylindrical { Area::Cylinders } else { Area::Task });
@@ -126,7 +127,7 @@ fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>)
     Ok(AREAS[node.choice(&AREAS.map(Area::name))?])
 }
 
-/// The average in lx that an entry asks of the task area; `None` where it asks for none, as for an escape route.
+/// Reads the average in lx that an entry requires of the task area. `None` if it requires none, as for an escape route.
 fn read_task_lx(
     fields: &Fields,
     quantity: Quantity,
@@ -185,7 +186,7 @@ fn read_limit(node: &Node, measure: Measure) -> Result<f64, SceneError> {
     }
 }
 
-/// What is left of the flux on batteries, where something is asked of direct light.
+/// Reads the share of the flux that remains on batteries, for requirements on direct light.
 fn read_flux_factor(fields: &Fields, entry: Option<&StandardEntry>) -> Result<f64, SceneError> {
     let Some(node) = fields.get(FLUX_FACTOR) else { return Ok(1.0) };
     let is_asked = |measure: &Measure| {
@@ -202,7 +203,7 @@ fn read_flux_factor(fields: &Fields, entry: Option<&StandardEntry>) -> Result<f6
     node.fraction("the share of the flux")
 }
 
-/// The entry of a standard that requirements name, one at most.
+/// Reads the entry of a standard that requirements name. They may name one at most.
 fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static StandardEntry>, SceneError> {
     let named: Vec<(&str, Standard, Node)> =
         STANDARDS.iter().filter_map(|(key, standard)| Some((*key, *standard, fields.get(key)?))).collect();

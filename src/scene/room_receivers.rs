@@ -16,16 +16,16 @@ use super::units::LengthUnit;
 /// Keys besides name and type.
 pub(super) const OWN_KEYS: &[&str] = &["surface", "height", "eye_height", "margin", "requirements"];
 
-/// The task area's height over the floor, and its distance from the walls, in m, where the file names none.
+/// Default height of the task area above the floor, and default distance from the walls, in m.
 const USUAL_HEIGHT_M: f64 = 0.8;
 const USUAL_MARGIN_M: f64 = 0.5;
-/// Observers stand so far apart, in m.
+/// Distance of observers from each other in m.
 const OBSERVERS_APART_M: f64 = 2.0;
-/// What faces upward or downward, and what faces sideways: cosines to the vertical.
+/// Cosines to the vertical: surfaces above the first face upward or downward, and surfaces below the second are walls.
 const LEVEL: f64 = 0.99;
 const UPRIGHT: f64 = 0.1;
 
-/// The sets of a room; `None` where the receiver is of another type.
+/// Reads the sets of a room. `None` if the receiver has another type.
 pub(super) fn read(
     node: &Node,
     fields: &Fields,
@@ -74,7 +74,7 @@ pub(super) fn read(
     Ok(Some(made.sets))
 }
 
-/// Rectangles about a room.
+/// The rectangles that bound a room.
 struct RoomShell {
     floor: Rectangle,
     walls: Vec<Rectangle>,
@@ -82,7 +82,7 @@ struct RoomShell {
 }
 
 impl RoomShell {
-    /// The surfaces of a geometry by where they face.
+    /// Sorts the surfaces of a geometry by their orientation.
     fn read(node: &Node, surfaces: &Surfaces) -> Result<RoomShell, SceneError> {
         let [mut floors, mut walls, mut ceilings] = [const { Vec::new() }; 3];
         for surface in surfaces.named(node)? {
@@ -112,7 +112,7 @@ impl RoomShell {
     }
 }
 
-/// The points on rectangles: a grid on a single one, a list on several.
+/// Makes the points on rectangles: a grid on a single one, a list on several.
 fn grid(rectangles: &[Rectangle], spacing: PointSpacing, height_m: f64) -> (ReceiverLayout, Vec<ReceiverPoint>) {
     let on_one = |rectangle: &Rectangle| {
         let [columns, rows] = rectangle.counts(spacing);
@@ -124,7 +124,7 @@ fn grid(rectangles: &[Rectangle], spacing: PointSpacing, height_m: f64) -> (Rece
     }
 }
 
-/// Sets made so far.
+/// The sets made so far.
 struct Made<'a, 'b> {
     name: String,
     node: &'a Node<'b>,

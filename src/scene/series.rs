@@ -14,14 +14,14 @@ use super::shapes::{GeometryShape, ShapePart};
 use super::units::LengthUnit;
 use crate::base::harmonics::{HarmonicSeries, LARGEST_DEGREE, place_of};
 
-/// Keys that the geometry has beside those of all.
+/// Keys of this geometry in addition to the common ones.
 pub(super) const OWN_KEYS: &[&str] = &["center", "coefficients", "file", "facing", "material"];
 /// First line of a file of coefficients.
 pub const HEADER: &str = "l,m,coefficient";
 /// Largest file of coefficients in bytes.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A body as the file has it, in its unit.
+/// A body in the file's unit.
 pub(super) struct WrittenBody {
     series: HarmonicSeries,
     center: DVec3,
@@ -29,7 +29,7 @@ pub(super) struct WrittenBody {
 }
 
 impl WrittenBody {
-    /// The body in its place, with its leaves among a scene's triangles from a number on.
+    /// Places the body. Its leaves are a scene's triangles from `first_triangle` on.
     pub fn placed(&self, placing: &Placing, unit: LengthUnit, first_triangle: u32) -> Arc<Body> {
         let longer = unit.length_m(placing.scale);
         let series = HarmonicSeries::new(self.series.coefficients().iter().map(|c| c * longer).collect());
@@ -39,7 +39,7 @@ impl WrittenBody {
     }
 }
 
-/// A body and its leaves.
+/// Reads a body and its leaves.
 pub(super) fn read(fields: &Fields, base_dir: &Path, inward: bool) -> Result<(GeometryShape, WrittenBody), SceneError> {
     let center = fields.get("center").map_or(Ok(DVec3::ZERO), |node| node.vector())?;
     let (which, node) = fields.one_of(["coefficients", "file"])?;
@@ -59,19 +59,19 @@ pub(super) fn read(fields: &Fields, base_dir: &Path, inward: bool) -> Result<(Ge
     Ok((shape, WrittenBody { series, center, inward }))
 }
 
-/// Degree, order and value of a term, if they are such.
+/// Returns degree, order and value of a term, if the numbers are valid.
 fn term(numbers: &[f64]) -> Option<(usize, i64, f64)> {
     let [l, m, value] = *numbers else { return None };
     let fits = l.fract() == 0.0 && m.fract() == 0.0 && (0.0..=LARGEST_DEGREE as f64).contains(&l) && m.abs() <= l;
     (fits && value.is_finite()).then_some((l as usize, m as i64, value))
 }
 
-/// What a term is, in words.
+/// Describes a valid term.
 fn expected() -> String {
     format!("a degree l of 0 to {LARGEST_DEGREE}, an order m of −l to l, and a length, each pair once")
 }
 
-/// The series of terms, or the number of the first one that was given before.
+/// Makes the series of some terms. The error is the index of the first repeated term.
 fn series_of(terms: &[(usize, i64, f64)]) -> Result<HarmonicSeries, usize> {
     let degree = terms.iter().map(|(l, ..)| *l).max().unwrap_or(0);
     let mut coefficients = vec![None; (degree + 1) * (degree + 1)];
@@ -142,7 +142,7 @@ fn of_file(node: &Node, base_dir: &Path) -> Result<HarmonicSeries, SceneError> {
     read().map_err(|error| error.named_by(node.as_namer()))
 }
 
-/// A series as a file of coefficients: one line a term, in the order of l and m.
+/// Writes a series as a file of coefficients: one line per term, in the order of l and m.
 pub fn series_file(series: &HarmonicSeries) -> String {
     let mut text = format!("{HEADER}\n");
     for l in 0..=series.degree() {

@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::limits::SPHERE_FREQUENCY;
 
-/// Triangles over a list of vertices, in parts; lengths in the file's unit until they are placed.
+/// Triangles over a list of vertices, in parts. Lengths are in the file's unit until the shape is placed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GeometryShape {
     pub vertices: Vec<DVec3>,
     pub parts: Vec<ShapePart>,
 }
 
-/// A named part of a shape; a shape without parts is one part without a name.
+/// A named part of a shape. A shape without parts has one part without a name.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ShapePart {
     pub name: Option<String>,
@@ -23,7 +23,7 @@ pub(crate) struct ShapePart {
 /// Names of a box's faces, in the order of its parts.
 pub(super) const BOX_FACES: [&str; 6] = ["floor", "ceiling", "x_min", "x_max", "y_min", "y_max"];
 
-/// An axis-parallel box whose faces share its eight vertices.
+/// A box parallel to the axes. Its faces share the eight vertices.
 pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> GeometryShape {
     let vertices = (0..8)
         .map(|corner| {
@@ -32,7 +32,7 @@ pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> GeometryShape {
         })
         .collect();
 
-    // Corners counter-clockwise as seen from outside.
+    // Corners counter-clockwise, as seen from outside.
     let faces: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3]];
     let parts = BOX_FACES
         .iter()
@@ -51,10 +51,10 @@ pub(super) fn parallelogram(origin: DVec3, u: DVec3, v: DVec3) -> GeometryShape 
     GeometryShape { vertices, parts: vec![ShapePart { name: None, triangles: vec![[0, 1, 2], [0, 2, 3]] }] }
 }
 
-/// The frequency at which no edge of an inscribed icosphere is longer than asked; at least the default.
+/// Frequency at which no edge of an inscribed icosphere is longer than `longest_edge`; at least the default.
 pub(super) fn sphere_frequency(radius: f64, longest_edge: Option<f64>) -> f64 {
-    // The flat edge of a subdivided icosahedron is 1.0515/f radii; its points lie no closer to the centre than 0.7946
-    // radii, and lifting two points at that distance onto the sphere stretches their distance by no more than 1/0.7946.
+    // The flat edge of a subdivided icosahedron is 1.0515/f radii. Its points lie at least 0.7946 radii from the centre. Lifting two
+    // points from there onto the sphere stretches their distance by at most 1/0.7946.
     const LIFTED_EDGE: f64 = 1.3232;
     let needed = longest_edge.map_or(0.0, |edge| (LIFTED_EDGE * radius / edge).ceil());
     needed.max(f64::from(SPHERE_FREQUENCY))
@@ -72,7 +72,7 @@ pub(crate) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32
         }
     }
 
-    // Three corners at distance 2 from each other (the edge's length) are a face.
+    // Three corners at distance 2 from each other (the edge length) form a face.
     let is_edge = |i: usize, j: usize| (corners[i].distance_squared(corners[j]) - 4.0).abs() < 1.0;
     let mut sphere = Subdivision { vertices: Vec::new(), numbers: HashMap::new(), frequency };
     let mut triangles = Vec::with_capacity(20 * (frequency * frequency) as usize);
@@ -92,7 +92,7 @@ pub(crate) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32
     GeometryShape { vertices, parts: vec![ShapePart { name: None, triangles }] }
 }
 
-/// Cuts the faces of an icosahedron; points on shared edges get one number.
+/// Cuts the faces of an icosahedron. Points on shared edges have one number.
 struct Subdivision {
     vertices: Vec<DVec3>,
     numbers: HashMap<[(usize, u32); 3], u32>,
@@ -115,8 +115,8 @@ impl Subdivision {
         }
     }
 
-    /// The vertex with whole-number weights of three corners; corners of weight 0 do not count, so that both faces at
-    /// an edge ask for the same vertex.
+    /// Returns the vertex at whole-number weights of three corners. Corners of weight 0 are ignored, so both faces at an edge get the
+    /// same vertex.
     fn number(&mut self, mut weights: [(usize, u32); 3], corners: &[DVec3]) -> u32 {
         for weight in &mut weights {
             if weight.1 == 0 {
@@ -174,7 +174,7 @@ mod tests {
             let shape = icosphere(DVec3::new(0.3, 0.2, 0.1), 2.0, false, frequency);
             let triangles = 20 * frequency * frequency;
             assert_eq!(shape.parts[0].triangles.len() as u32, triangles);
-            // Euler: V − E + F = 2 with E = 3F/2, so no vertex of a shared edge was made twice.
+            // Euler: V − E + F = 2 with E = 3F/2, so no vertex of a shared edge exists twice.
             assert_eq!(shape.vertices.len() as u32, triangles / 2 + 2);
         }
         let (area, volume) = area_and_volume(&icosphere(DVec3::ZERO, 1.0, false, 16));

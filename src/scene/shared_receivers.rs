@@ -1,10 +1,10 @@
-//! Receiver sets of which a run has one part: what of a set is in it, and a scene without the rest.
+//! Receiver sets in a run that computes one part of them: the points in that part, and a scene without the others.
 
 use super::receivers_part::ReceiversPart;
 use super::{Quantity, ReceiverLayout, ReceiverSet, Scene};
 
 impl ReceiversPart {
-    /// Points of a set (the `index`-th of its scene) that are in this part.
+    /// Number of points of a set that are in this part. `index` is the set's index in its scene.
     pub fn points_of(self, set: &ReceiverSet, index: usize) -> usize {
         match is_shared_out(set) {
             true => self.count_of(set.points.len()),
@@ -15,7 +15,7 @@ impl ReceiversPart {
 }
 
 impl ReceiverSet {
-    /// Number of a point in the set as the scene file has it.
+    /// Index of a point in the complete set of the scene file.
     pub fn index_of(&self, point: usize) -> usize {
         match self.layout {
             ReceiverLayout::Part(part) => part.nth(point),
@@ -25,9 +25,9 @@ impl ReceiverSet {
 }
 
 impl Scene {
-    /// Leaves the points of one part; sets that go to one part as a whole stay as they are.
+    /// Keeps only the points of one part. Sets that go to one part as a whole do not change.
     ///
-    /// What is asked of a set is judged once all its points are there, and left out.
+    /// The requirements of a shared set are removed: they are checked once all its points are together.
     pub fn keep_part(&mut self, part: ReceiversPart) {
         for set in self.receivers.iter_mut().filter(|set| is_shared_out(set)) {
             set.points = set.points.iter().skip(part.first()).step_by(part.of as usize).copied().collect();
@@ -37,7 +37,7 @@ impl Scene {
     }
 }
 
-/// Whether the points of a set know nothing of each other.
+/// Whether the points of a set can be computed independently.
 fn is_shared_out(set: &ReceiverSet) -> bool {
     set.quantity.is_illuminance() || set.quantity == Quantity::Luminance
 }

@@ -8,7 +8,7 @@ use super::sun;
 use crate::base::perez::SkyClass;
 use crate::base::sky::{Sky, SkyPattern};
 
-/// Keys of a sky alone.
+/// Keys of a sky in addition to the common ones.
 pub(super) const KEYS: [&str; 12] = [
     "luminance_distribution",
     "sun_elevation_deg",
@@ -24,33 +24,33 @@ pub(super) const KEYS: [&str; 12] = [
     "median_diffuse_illuminance_lx",
 ];
 
-/// Values of `luminance_distribution`; the general skies follow the first two, the all-weather sky comes last.
+/// Values of `luminance_distribution`. The general skies follow the first two; the all-weather sky is last.
 pub(super) const DISTRIBUTIONS: [&str; 18] = [
     "uniform", "overcast", "CIE 1", "CIE 2", "CIE 3", "CIE 4", "CIE 5", "CIE 6", "CIE 7", "CIE 8", "CIE 9", "CIE 10",
     "CIE 11", "CIE 12", "CIE 13", "CIE 14", "CIE 15", "Perez",
 ];
 
-/// Median diffuse horizontal illuminance in lx of a site that is not told: about that of London or Berlin.
+/// Default median diffuse horizontal illuminance of a site in lx: about that of London or Berlin.
 const MEDIAN_DIFFUSE_LX: f64 = 15_000.0;
 
-/// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.
+/// Daylight factors that EN 17037 requires in spaces with daylight openings in walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DaylightTargets {
-    /// D_T in %, which brings 300 lx for half of the daylight hours.
+    /// D_T in %. It gives 300 lx for half of the daylight hours.
     pub target_percent: f64,
-    /// D_TM in %, which brings 100 lx.
+    /// D_TM in %. It gives 100 lx for half of the daylight hours.
     pub minimum_percent: f64,
 }
 
 impl DaylightTargets {
-    /// For a site by its median diffuse horizontal illuminance in lx.
+    /// Targets of a site, from its median diffuse horizontal illuminance in lx.
     pub fn of_site(median_diffuse_lx: f64) -> DaylightTargets {
         let percent = |inside_lx: f64| 100.0 * inside_lx / median_diffuse_lx;
         DaylightTargets { target_percent: percent(300.0), minimum_percent: percent(100.0) }
     }
 }
 
-/// Reads a sky; openings and flux are found when the whole scene is known.
+/// Reads a sky. Openings and flux follow once the whole scene is read.
 pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, DaylightTargets), SceneError> {
     let distribution = fields.need("luminance_distribution", "\"overcast\"")?.choice(&DISTRIBUTIONS)?;
     let is_all_weather = DISTRIBUTIONS[distribution] == "Perez";
@@ -76,14 +76,14 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, Daylig
     let site = fields.get("median_diffuse_illuminance_lx");
     let median_lx = site.map_or(Ok(MEDIAN_DIFFUSE_LX), |node| node.above_zero("the median diffuse illuminance"))?;
     let targets = DaylightTargets::of_site(median_lx);
-    // The luminous flux that is read stands for whether there is any.
+    // The returned luminous flux is a placeholder: it only shows whether there is light.
     Ok((sky.horizontal_lx(), sky, targets))
 }
 
-/// Keys of the all-weather sky alone.
+/// Keys that only the all-weather sky has.
 const PEREZ_KEYS: [&str; 2] = ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"];
 
-/// How a sky's luminance is spread by its number among [`DISTRIBUTIONS`], the all-weather sky's left out.
+/// Luminance pattern of a sky. `distribution` is its index in [`DISTRIBUTIONS`]; the all-weather sky is excluded.
 fn pattern(fields: &Fields, distribution: usize) -> Result<SkyPattern, SceneError> {
     if distribution > 1 {
         return Ok(SkyPattern::general(distribution - 1, sun_above(fields)?));
@@ -97,7 +97,7 @@ fn pattern(fields: &Fields, distribution: usize) -> Result<SkyPattern, SceneErro
     Ok([SkyPattern::Uniform, SkyPattern::Overcast][distribution])
 }
 
-/// The all-weather sky by what comes from the sun, which is not in it, and from the sky.
+/// The all-weather sky, from the illuminance by the sun (which is not part of it) and by the sky.
 fn all_weather(fields: &Fields, maintained: f64, ground_reflectance: f64) -> Result<Sky, SceneError> {
     let sun = sun_above(fields)?;
     let direct_node = fields.need(PEREZ_KEYS[0], "60000")?;
@@ -114,7 +114,7 @@ fn all_weather(fields: &Fields, maintained: f64, ground_reflectance: f64) -> Res
     Ok(Sky::of_horizontal(pattern, maintained * diffuse_lx, ground_reflectance))
 }
 
-/// Unit direction of a sky's sun, which stands above the horizon.
+/// Unit direction of a sky's sun. It must be above the horizon.
 fn sun_above(fields: &Fields) -> Result<DVec3, SceneError> {
     let towards = sun::direction(fields)?;
     if towards.z < 0.0 {

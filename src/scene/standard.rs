@@ -1,6 +1,6 @@
-//! Requirements of receivers, and entries of standards that name them.
+//! Requirements of receivers, and entries of standards that contain them.
 
-/// What a requirement is about.
+/// Quantity that a requirement limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// Ē in lx, at least.
@@ -17,12 +17,12 @@ pub enum Measure {
     DirectMinimumLx,
     /// Emin/Emax of direct light, at least.
     DirectUniformityUd,
-    /// Unified glare rating, that of the worst observer, at most.
+    /// Unified glare rating of the worst observer, at most.
     Ugr,
 }
 
 impl Measure {
-    /// All of them, in the order of tables.
+    /// All measures, in the order of tables.
     pub const ALL: [Measure; 8] = [
         Measure::AverageLx,
         Measure::MinimumLx,
@@ -34,12 +34,12 @@ impl Measure {
         Measure::Ugr,
     ];
 
-    /// Key by which scene files and result files name it.
+    /// Key in scene files and result files.
     pub fn key(self) -> &'static str {
         KEYS[self as usize]
     }
 
-    /// Whether the value must be at least the limit; else at most.
+    /// Whether the limit is a least value; otherwise it is a greatest value.
     pub fn is_at_least(self) -> bool {
         !matches!(self, Measure::MaximumLx | Measure::Ugr)
     }
@@ -49,31 +49,31 @@ impl Measure {
         matches!(self, Measure::AverageLx | Measure::MinimumLx | Measure::MaximumLx | Measure::DirectMinimumLx)
     }
 
-    /// Whether it is about direct light alone.
+    /// Whether only direct light counts.
     pub fn is_direct(self) -> bool {
         matches!(self, Measure::DirectMinimumLx | Measure::DirectUniformityUd)
     }
 }
 
-/// What of a room an entry of EN 12464-1 is asked about.
+/// Area of a room that an entry of EN 12464-1 refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Area {
-    /// Where the task is; observers belong to it.
+    /// The task area; observers belong to it.
     Task,
-    /// The band about it.
+    /// The band about the task area.
     Surroundings,
-    /// What lies beyond the band.
+    /// The area beyond the band.
     Background,
     /// Walls.
     Walls,
     /// The ceiling.
     Ceiling,
-    /// Small upright cylinders where people's heads are.
+    /// Small upright cylinders at the height of people's heads.
     Cylinders,
 }
 
 impl Area {
-    /// Name in files, and in English for reading.
+    /// Name as in files, an English word.
     pub fn name(self) -> &'static str {
         match self {
             Area::Task => "task",
@@ -86,16 +86,16 @@ impl Area {
     }
 }
 
-/// What a receiver set is to keep.
+/// A requirement of a receiver set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Requirement {
-    /// What it is about.
+    /// Limited quantity.
     pub measure: Measure,
-    /// What of the room.
+    /// Area of the room.
     pub area: Area,
     /// The least or greatest value allowed.
     pub limit: f64,
-    /// The entry that asks for it; `None` where the scene gives the number.
+    /// The entry that contains it; `None` if the scene gives the number.
     pub entry: Option<&'static StandardEntry>,
     /// Share of the flux that counts; less than 1 on batteries.
     pub flux_factor: f64,
@@ -112,7 +112,7 @@ pub enum Standard {
     Emergency,
 }
 
-/// An entry of a standard, as far as verdicts need it.
+/// An entry of a standard, with the data for verdicts.
 #[derive(Debug, PartialEq)]
 pub struct StandardEntry {
     /// The standard.
@@ -121,18 +121,18 @@ pub struct StandardEntry {
     pub reference: &'static str,
     /// Task or activity.
     pub task: &'static str,
-    /// What it asks for, measure by measure.
+    /// Limits by measure, for the task area.
     pub limits: &'static [(Measure, f64)],
-    /// Colour rendering R_a at least; `None` where it asks for none. Luminaires keep it, which nothing here computes.
+    /// Least colour rendering R_a; `None` if none is required. Luminaires must meet it; it is not computed here.
     pub colour_rendering_ra: Option<f64>,
-    /// What it asks for about the task; `None` of other standards than EN 12464-1.
+    /// Limits for other areas of the room; `None` for standards other than EN 12464-1.
     pub space: Option<SpaceLimits>,
 }
 
-/// What an entry of EN 12464-1 asks for besides the task area, in lx of average illuminance.
+/// Limits of an entry of EN 12464-1 for other areas than the task, in lx of average illuminance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpaceLimits {
-    /// Of the task area where people see worse or work needs more care; `None` in the edition of 2011.
+    /// For the task area if people see worse or the work needs more care; `None` in the edition of 2011.
     pub modified_lx: Option<f64>,
     /// On small upright cylinders.
     pub cylindrical_lx: f64,
@@ -156,10 +156,10 @@ impl StandardEntry {
     }
 }
 
-/// How references of the edition of 2011 begin, as far as entries have them.
+/// Beginning of the references of the 2011 edition, among the entries here.
 const BEFORE_2021: &str = "5.";
 
-/// Keys of `requirements`: the measures in their order, the standards, and the share of the flux.
+/// Keys of `requirements`: the measures in order, the standards, and the others.
 pub(super) const KEYS: [&str; 14] = [
     "average_lx",
     "minimum_lx",
@@ -179,22 +179,22 @@ pub(super) const KEYS: [&str; 14] = [
 /// Keys that name an entry.
 pub(super) const STANDARDS: [(&str, Standard); 3] =
     [("en_12464_1", Standard::WorkPlaces), ("en_12193", Standard::Sports), ("en_1838", Standard::Emergency)];
-/// Key of what of the room is meant.
+/// Key of the area of the room.
 pub(super) const AREA: &str = "area";
-/// What it can name.
+/// Values of that key.
 pub(super) const AREAS: [Area; 5] = [Area::Task, Area::Surroundings, Area::Background, Area::Walls, Area::Ceiling];
-/// Key by which the modified average is asked for.
+/// Key that selects the modified average.
 pub(super) const MODIFIED: &str = "modified";
 /// Key of the share of the flux that counts.
 pub(super) const FLUX_FACTOR: &str = "flux_factor";
 
 impl StandardEntry {
-    /// What it asks of a measure of the task area.
+    /// Limit of a measure for the task area.
     pub(super) fn limit(&self, measure: Measure) -> Option<f64> {
         self.limits.iter().find(|(of, _)| *of == measure).map(|(_, limit)| *limit)
     }
 
-    /// What it asks of a measure of an area of the room, with the task's average in lx as asked for, if any is.
+    /// Limit of a measure for an area of the room. `task_lx` is the required average of the task in lx, if there is one.
     pub(super) fn limit_of(&self, area: Area, measure: Measure, task_lx: Option<f64>) -> Option<f64> {
         let average_lx = match (area, self.space) {
             (Area::Task, _) => return if measure == Measure::AverageLx { task_lx } else { self.limit(measure) },
@@ -208,7 +208,7 @@ impl StandardEntry {
     }
 }
 
-/// What is asked of a measure of what lies about the task, with its average.
+/// Limit of a measure for another area than the task. `average_lx` is the required average of that area.
 pub(super) fn limit_about(area: Area, measure: Measure, average_lx: f64) -> Option<f64> {
     match measure {
         Measure::AverageLx => Some(average_lx),
@@ -218,14 +218,15 @@ pub(super) fn limit_about(area: Area, measure: Measure, average_lx: f64) -> Opti
     }
 }
 
-/// The scale of illuminances of EN 12464-1 in lx, from where surroundings are less bright than the task on.
+/// The scale of illuminances of EN 12464-1 in lx. It begins where surroundings may be darker than the task.
 const SCALE_LX: [f64; 5] = [150.0, 200.0, 300.0, 500.0, 750.0];
 
-/// Average illuminance in lx of the immediate surroundings: the next lower step of the scale, 500 lx at most, and the task's own up to 150 lx.
+/// Average illuminance in lx for the immediate surroundings: the next lower step of the scale, at most 500 lx. Up to 150 lx it is the
+/// task's own.
 ///
 /// Source: EN 12464-1, relationship of illuminances on immediate surrounding to task area.
 pub(super) fn surroundings_lx(task_lx: f64) -> f64 {
-    /// More is asked for nowhere.
+    /// Greatest value in lx for surroundings.
     const MOST_LX: f64 = 500.0;
     let lower = SCALE_LX.into_iter().rev().find(|step_lx| *step_lx < task_lx);
     lower.unwrap_or(task_lx).min(MOST_LX)

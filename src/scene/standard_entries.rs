@@ -1,14 +1,15 @@
 //! Entries of EN 12464-1, EN 12193 and EN 1838 that requirements can name.
 //!
-//! Entries that begin with 5 are those of EN 12464-1:2011, tables 5.1 to 5.49: Ē, R_UGL, U0 and R_a. What they ask of walls, ceilings and
-//! cylinders are that edition's clauses 4.2.3 and 4.6.2: 50, 30 and 50 lx everywhere, 75 and 50 lx on walls and ceilings of offices, schools,
-//! hospitals, entrances, corridors and stairs, 150 lx of cylinders where people talk. The others are those of EN 12464-1:2021, which has all of
-//! it in its tables, and a modified Ē besides. All were written down from knowledge of the standards, not copied from their text; entries that
-//! were not certain were left out. The standards themselves are the authority.
+//! References that begin with 5 are those of EN 12464-1:2011, tables 5.1 to 5.49: Ē, R_UGL, U0 and R_a. Their values for walls, ceilings
+//! and cylinders come from clauses 4.2.3 and 4.6.2 of that edition. These are 50 lx on walls, 30 lx on ceilings and 50 lx on cylinders
+//! everywhere. In offices, schools, hospitals, entrances, corridors and stairs they are 75 lx on walls and 50 lx on ceilings. Where
+//! people talk, they are 150 lx on cylinders. The other references are those of EN 12464-1:2021. Its tables contain all these values, and
+//! a modified Ē. All entries were written from knowledge of the standards, not copied from their text. Uncertain entries were left out.
+//! The standards themselves are the authority.
 
 use super::standard::{Measure, SpaceLimits, Standard, StandardEntry};
 
-/// An entry of EN 12464-1: Ē in lx, R_UGL, U0, R_a, what it asks for about the task, and the task.
+/// An entry of EN 12464-1: Ē in lx, R_UGL, U0, R_a, limits for other areas than the task, and the task.
 macro_rules! entry {
     ($reference:literal, $average_lx:literal, $ugr:literal, $uniformity_u0:literal, $ra:literal, $space:expr, $task:literal) => {
         StandardEntry {
@@ -36,19 +37,20 @@ macro_rules! sports {
     };
 }
 
-/// Any place, by the clauses of 2011.
+/// Limits for any room, by the clauses of 2011.
 const PLAIN: SpaceLimits = SpaceLimits { modified_lx: None, cylindrical_lx: 50.0, walls_lx: 50.0, ceiling_lx: 30.0 };
-/// Where walls and ceilings are to be brighter.
+/// Limits for rooms with brighter walls and ceilings.
 const BRIGHT: SpaceLimits = SpaceLimits { walls_lx: 75.0, ceiling_lx: 50.0, ..PLAIN };
-/// Where people talk besides.
+/// Limits for such rooms where people also talk.
 const TALK: SpaceLimits = SpaceLimits { cylindrical_lx: 150.0, ..BRIGHT };
 
-/// What an entry of 2021 asks for: the modified average, that of cylinders, of walls and of the ceiling, in lx.
+/// Limits of an entry of 2021 in lx: the modified average, and the averages of cylinders, walls and the ceiling.
 const fn asks(modified_lx: f64, cylindrical_lx: f64, walls_lx: f64, ceiling_lx: f64) -> SpaceLimits {
     SpaceLimits { modified_lx: Some(modified_lx), cylindrical_lx, walls_lx, ceiling_lx }
 }
 
-/// All entries; those of EN 12193 are the classes of basketball, handball, volleyball and indoor football, those of EN 1838 are about direct light.
+/// All entries. Those of EN 12193 are the classes of basketball, handball, volleyball and indoor football. Those of EN 1838 refer to
+/// direct light.
 pub(super) const ENTRIES: &[StandardEntry] = &[
     // Traffic zones, rest rooms and sanitary rooms, control rooms, stores: edition of 2011.
     entry!("5.1.1", 100.0, 28.0, 0.4, 40.0, BRIGHT, "circulation areas and corridors"),
@@ -219,7 +221,7 @@ pub(super) const ENTRIES: &[StandardEntry] = &[
     entry!("5.47.3", 1000.0, 19.0, 0.7, 90.0, BRIGHT, "health care: intensive care, examination and treatment"),
     entry!("5.48.1", 500.0, 19.0, 0.6, 90.0, BRIGHT, "health care: dentists, general lighting"),
     entry!("5.49.1", 500.0, 19.0, 0.6, 80.0, BRIGHT, "health care: laboratories and pharmacies"),
-    // The edition of 2021, with what it asks for where people need more light (modified), of cylinders, walls and the ceiling.
+    // The edition of 2021, with the average for greater need of light (modified), and those of cylinders, walls and the ceiling.
     entry!("9.1", 100.0, 28.0, 0.4, 40.0, asks(150.0, 50.0, 50.0, 30.0), "circulation areas and corridors"),
     entry!("9.2", 100.0, 25.0, 0.4, 40.0, asks(150.0, 50.0, 50.0, 30.0), "stairs, escalators"),
     entry!("10.1", 200.0, 22.0, 0.4, 80.0, asks(300.0, 75.0, 75.0, 50.0), "canteens, pantries"),
@@ -297,7 +299,8 @@ mod tests {
             assert_eq!(entry.space.is_some(), is_of_work_places, "{entry:?}");
             assert!(entry.colour_rendering_ra.is_none_or(|ra| [40.0, 60.0, 80.0, 90.0].contains(&ra)), "{entry:?}");
             let Some(space) = entry.space else { continue };
-            // The darker the surface may be, the farther it is from people's eyes; more light is asked for than without need.
+            // Ceilings may be darker than walls, as they are farther from people's eyes. The modified average is greater than the normal
+            // one.
             assert!(space.ceiling_lx < space.walls_lx && space.cylindrical_lx >= 50.0, "{entry:?}");
             let average_lx = entry.limit(Measure::AverageLx).expect("an average");
             assert!(space.modified_lx.is_none_or(|modified_lx| modified_lx > average_lx), "{entry:?}");

@@ -1,4 +1,4 @@
-//! STL, binary and text: triangles without materials; every solid with a name is a part.
+//! STL, binary and text: triangles without materials. Every solid with a name is a part.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -11,18 +11,18 @@ use super::mesh_builder::{MeshBuilder, refusal};
 use super::parse;
 use super::shapes::GeometryShape;
 
-/// Bytes of a binary file before its triangles, the last four of them their number.
+/// Number of bytes of a binary file before its triangles. The last four of them hold the number of triangles.
 const HEADER_BYTES: usize = 84;
-/// Bytes of a triangle: its normal, three corners, and two bytes in which some programs write a colour.
+/// Number of bytes of a triangle: its normal, three corners, and two bytes in which some programs write a colour.
 const TRIANGLE_BYTES: usize = 50;
-/// What text files begin with, which some programs write at the beginning of binary ones too.
+/// First word of text files. Some programs write it at the beginning of binary files too.
 const SOLID: &str = "solid";
 
-/// Reads a mesh. The first byte of a binary file is overwritten.
+/// Reads a mesh. The function overwrites the first byte of a binary file.
 ///
 /// # Errors
 ///
-/// Files that are damaged or cut short, corners at no finite place, and files without a triangle.
+/// Files that are damaged or cut short, corners with non-finite coordinates, and files without a triangle.
 pub(super) fn read(path: &Path, bytes: &mut [u8], warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut mesh = MeshBuilder::default();
     let said = triangles_said(bytes);
@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, bytes: &mut [u8], warnings: &mut Vec<String>) ->
             let beyond = bytes.len() as u64 - needed;
             warnings.push(format!("{}: {beyond} bytes behind the last triangle were passed over", path.display()));
         }
-        // Its length says that the file is binary, whatever it begins with.
+        // The file is binary. A blank hides the word of text files at its beginning.
         bytes[0] = b' ';
         add_solid(path, &mut mesh, None, bytes)?;
     } else {
@@ -61,29 +61,29 @@ pub(super) fn read(path: &Path, bytes: &mut [u8], warnings: &mut Vec<String>) ->
     Ok(shape)
 }
 
-/// Whether a file is binary: as long as its header says, or without the word that texts begin with.
+/// Whether a file is binary: it has the length that its header gives, or does not begin with the word of text files.
 fn is_binary(bytes: &[u8]) -> bool {
     let is_as_long = triangles_said(bytes).map(bytes_needed) == Some(bytes.len() as u64);
     is_as_long || !bytes.trim_ascii_start().starts_with(SOLID.as_bytes())
 }
 
-/// Triangles of a binary file, as its header says; `None` of one without a whole header.
+/// Number of triangles in the header of a binary file; `None` without a complete header.
 fn triangles_said(bytes: &[u8]) -> Option<u32> {
     bytes.get(HEADER_BYTES - 4..HEADER_BYTES).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes)
 }
 
-/// Bytes of a binary file of so many triangles.
+/// Number of bytes of a binary file with `triangles` triangles.
 fn bytes_needed(triangles: u32) -> u64 {
     HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(triangles)
 }
 
-/// The last bytes of each triangle of a binary file; of a text none.
+/// The last two bytes of each triangle of a binary file; none for a text file.
 pub(super) fn bytes_behind_triangles(bytes: &[u8]) -> impl Iterator<Item = [u8; 2]> {
     let triangles = if is_binary(bytes) { bytes.get(HEADER_BYTES..).unwrap_or_default() } else { &[] };
     triangles.chunks_exact(TRIANGLE_BYTES).map(|triangle| [triangle[TRIANGLE_BYTES - 2], triangle[TRIANGLE_BYTES - 1]])
 }
 
-/// The solids of a text, each from its first line on.
+/// The solids of a text, each with its first line.
 fn solids(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text.trim_start();
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Reads luminaires that are the sun, and where the sun of a sky stands.
+//! Reads luminaires that are the sun, and the position of a sky's sun.
 
 use glam::DVec3;
 
@@ -7,11 +7,11 @@ use super::reader::{Fields, Node};
 use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
 use crate::base::sun::Sun;
 
-/// Keys that tell where the sun stands.
+/// Keys for the position of the sun.
 pub(super) const POSITION_KEYS: [&str; 5] =
     ["sun_elevation_deg", "sun_azimuth_deg", "latitude_deg", "longitude_deg", "date_time"];
 
-/// Keys of a sun alone.
+/// Keys of a sun in addition to the common ones.
 pub(super) const KEYS: [&str; 7] = [
     "sun_elevation_deg",
     "sun_azimuth_deg",
@@ -22,7 +22,7 @@ pub(super) const KEYS: [&str; 7] = [
     "horizontal_illuminance_lx",
 ];
 
-/// Reads a sun; openings and flux are found when the whole scene is known.
+/// Reads a sun. Openings and flux follow once the whole scene is read.
 pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sun), SceneError> {
     let towards = direction(fields)?;
     let (which, node) = fields.one_of(["normal_illuminance_lx", "horizontal_illuminance_lx"])?;
@@ -38,12 +38,12 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sun), Scene
             "give normal_illuminance_lx, or choose another time",
         ));
     };
-    // The luminous flux that is read stands for whether there is any.
+    // The returned luminous flux is a placeholder: it only shows whether there is light.
     let lit_lx = if sun.is_up() { sun.normal_lx() } else { 0.0 };
     Ok((lit_lx, sun))
 }
 
-/// Unit direction of the sun, by its angles (the azimuth counts from +y, north, towards +x, east) or by place and time.
+/// Unit direction of the sun, from its angles or from location and time. The azimuth counts from +y (north) towards +x (east).
 pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
     if let Some(elevation) = fields.get("sun_elevation_deg") {
         for key in ["latitude_deg", "longitude_deg", "date_time"] {
@@ -86,7 +86,7 @@ fn within(node: &Node, what: &str, limit: f64) -> Result<f64, SceneError> {
     Err(node.refuse(format!("{what} is out of range"), expected, "check the number"))
 }
 
-/// A moment of RFC 3339; the seconds may be left out.
+/// Parses a moment of RFC 3339. The seconds are optional.
 fn moment_of(text: &str) -> Option<Moment> {
     let (date, time) = text.split_once(['T', 't', ' '])?;
     let digits = |text: &str, count: usize| -> Option<u32> {

@@ -7,23 +7,23 @@ use super::model::SurfaceId;
 use super::surfaces::Surfaces;
 use super::vectors::direction;
 
-/// Fraction of a surface's size by which its vertices may miss a plane, and of its area by which it may miss its
-/// rectangle: far above rounding, far below what shows in a result.
+/// Tolerance of a rectangle: of its vertices' distance from a plane as a fraction of the surface's size, and of its area as a fraction of
+/// the rectangle's area. It is far above rounding and far below what affects a result.
 const FLATNESS: f64 = 1e-6;
 
 /// Largest distance of points that EN 12464-1 allows, in m.
 const EN_12464_LARGEST_M: f64 = 10.0;
 
-/// How far apart a grid's points are.
+/// Distance of the points of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum PointSpacing {
     /// By the rule of EN 12464-1.
     En12464,
-    /// As near as can be to this distance in m.
+    /// As near as possible to this distance in m.
     Distance(f64),
 }
 
-/// A flat rectangle: a corner and its sides; its front is seen along −u×v.
+/// A flat rectangle: a corner and its sides. The normal of its front is u × v.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
     corner_m: DVec3,
@@ -34,7 +34,7 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The rectangle that surfaces make up together; what keeps them from being one, otherwise.
+    /// The rectangle that some surfaces form together. The error says why they form none.
     pub fn of(surfaces: &Surfaces, ids: &[SurfaceId]) -> Result<Rectangle, String> {
         let triangles: Vec<[u32; 3]> = ids
             .iter()
@@ -49,8 +49,8 @@ impl Rectangle {
         Ok(rectangle)
     }
 
-    /// The rectangle about flat triangles that face one way, along their longest boundary edge, and the area in m² that they fill
-    /// of it; what keeps them from being flat, otherwise.
+    /// The rectangle about flat triangles that face one way, along their longest boundary edge, and the area in m² of the triangles. The
+    /// error says why they are not flat.
     pub fn around(vertices_m: &[DVec3], triangles: &[[u32; 3]]) -> Result<(Rectangle, f64), String> {
         let at = |vertex: u32| vertices_m[vertex as usize];
         let twice_areas_m2: Vec<DVec3> =
@@ -61,7 +61,7 @@ impl Rectangle {
             return Err("it is not flat".into());
         }
 
-        // Its sides follow its longest boundary edge: one that no other triangle has.
+        // The sides follow the longest boundary edge. A boundary edge belongs to one triangle only.
         let mut edges: Vec<[u32; 2]> = triangles
             .iter()
             .flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]])
@@ -97,19 +97,19 @@ impl Rectangle {
         [self.width_m.max(self.depth_m), self.width_m.min(self.depth_m)]
     }
 
-    /// The direction from which its front is seen.
+    /// Unit normal of the front.
     pub fn normal(&self) -> DVec3 {
         self.u.cross(self.v)
     }
 
-    /// Without a strip along its boundary; `None` where nothing is left.
+    /// The rectangle without a strip along its boundary; `None` if nothing is left.
     pub fn shrunk(&self, margin_m: f64) -> Option<Rectangle> {
         let (width_m, depth_m) = (self.width_m - 2.0 * margin_m, self.depth_m - 2.0 * margin_m);
         let corner_m = self.corner_m + margin_m * (self.u + self.v);
         (width_m > 0.0 && depth_m > 0.0).then_some(Rectangle { corner_m, width_m, depth_m, ..*self })
     }
 
-    /// Numbers of columns and rows, as floats that may be beyond all reason.
+    /// Numbers of columns and rows. They are floats, because a tiny spacing makes them huge.
     pub fn counts(&self, spacing: PointSpacing) -> [f64; 2] {
         let near = |length_m: f64, distance_m: f64| (length_m / distance_m).round().max(1.0);
         let distance_m = match spacing {
@@ -118,7 +118,7 @@ impl Rectangle {
         };
         let [mut columns, mut rows] = [near(self.width_m, distance_m), near(self.depth_m, distance_m)];
 
-        // EN 12464-1 also wants cells that are near squares: sides in a ratio from 0.5 to 2.
+        // EN 12464-1 also requires cells that are nearly square: ratios of their sides from 0.5 to 2.
         if spacing == PointSpacing::En12464 {
             columns = columns.max((self.width_m / (2.0 * self.depth_m / rows) * (1.0 - FLATNESS)).ceil());
             rows = rows.max((self.depth_m / (2.0 * self.width_m / columns) * (1.0 - FLATNESS)).ceil());
@@ -126,15 +126,15 @@ impl Rectangle {
         [columns, rows]
     }
 
-    /// Where a point lies in the rectangle, in shares of its sides.
+    /// Position of a point in the rectangle, as fractions of its sides.
     pub fn place(&self, point_m: DVec3) -> [f64; 2] {
         let from_corner_m = point_m - self.corner_m;
         [from_corner_m.dot(self.u) / self.width_m, from_corner_m.dot(self.v) / self.depth_m]
     }
 
-    /// The grid of cell centres, lifted off the front.
+    /// The grid of cell centres, at a height above the front.
     pub fn grid(&self, columns: u32, rows: u32, height_m: f64) -> GridFrame {
-        // From the first to the last centre; a single centre lies in the middle of its whole cell.
+        // From the first to the last centre. A single centre lies in the middle of its whole cell.
         let span = |length_m: f64, count: u32| {
             let cell_m = length_m / f64::from(count);
             if count > 1 { (0.5 * cell_m, length_m - cell_m) } else { (0.0, length_m) }
@@ -146,7 +146,7 @@ impl Rectangle {
     }
 }
 
-/// The distance of points in m for a field with a longer and a shorter side: p = 0.2·5^(log₁₀ d), at most 10 m.
+/// Distance of points in m for a field with a longer and a shorter side: p = 0.2·5^(log₁₀ d), at most 10 m.
 ///
 /// Source: EN 12464-1, calculation points; d is the longer side, or the shorter one from a ratio of 2 on.
 pub(super) fn en_12464_distance_m([long_m, short_m]: [f64; 2]) -> f64 {
@@ -154,7 +154,7 @@ pub(super) fn en_12464_distance_m([long_m, short_m]: [f64; 2]) -> f64 {
     (0.2 * 5f64.powf(d_m.log10())).min(EN_12464_LARGEST_M)
 }
 
-/// Of the four turns of a rectangle's axes, the one that reads best: v up on walls, u along +x (else +y) elsewhere.
+/// Of the four rotations of a rectangle's axes, the most readable: v up on walls, u along +x (else +y) elsewhere.
 fn readable_axes(along: DVec3, normal: DVec3) -> (DVec3, DVec3) {
     let across = normal.cross(along);
     let reads = |(u, v): &(DVec3, DVec3)| 2.0 * v.z + u.dot(DVec3::new(1.0, 0.5, 0.25));

@@ -1,4 +1,4 @@
-//! Reads `geometry`: every kind becomes placed triangles in metres, part by part.
+//! Reads `geometry`: every type becomes placed triangles in metres, part by part.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -25,10 +25,10 @@ use super::under_way;
 use super::units::LengthUnit;
 use super::weld::weld;
 
-/// The geometry types, as files name them.
+/// The geometry types; names as in files.
 pub(super) const TYPES: [&str; 5] = ["box", "rectangle", "mesh", "sphere", "spherical_harmonics"];
 
-/// Keys of the geometry types beside those that all have.
+/// Keys that each geometry type has in addition to the common ones.
 const OWN_KEYS: [&[&str]; 5] = [
     &["min", "max", "facing", "material", "materials"],
     &["origin", "u", "v", "material"],
@@ -37,7 +37,7 @@ const OWN_KEYS: [&[&str]; 5] = [
     series::OWN_KEYS,
 ];
 
-/// Keys of a geometry type: its place in [`TYPES`].
+/// Keys of a geometry type. `kind` is the index in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     let placed: &[&str] = &["two_sided", "max_element_edge", "report", "transform"];
     [&["name", "type"], OWN_KEYS[kind], placed].concat()
@@ -48,17 +48,16 @@ pub(super) const BOX_MATERIALS: [&str; 7] = ["floor", "ceiling", "walls", "x_min
 /// Values of `facing`.
 pub(super) const FACINGS: [&str; 2] = ["outward", "inward"];
 
-/// Most element sides of a scene: the sums of a run take some hundred bytes for each.
+/// Most element sides of a scene: the sums of a run take some hundred bytes per element side.
 const MOST_CELLS: f64 = 33_554_432.0;
 /// Largest coordinate in m, so that volumes and squared areas stay finite.
 const LARGEST_COORDINATE_M: f64 = 1e15;
-/// A triangle whose height is less than this fraction of its longest edge has no normal worth the name: the rounding
-/// of its coordinates decides where it points.
+/// Least height of a triangle as a fraction of its longest edge. Below it the normal depends on the rounding of the coordinates.
 const SMALLEST_RELATIVE_HEIGHT: f64 = 1e-12;
-/// An edge may be longer than asked by this fraction, so that 3 m in pieces of 0.3 m are ten and not eleven.
+/// Fraction by which an edge may exceed the limit, so that 3 m in pieces of 0.3 m are ten pieces and not eleven.
 const EDGE_ROUNDING: f64 = 1e-12;
 
-/// All triangles of a scene so far.
+/// All triangles of the scene read so far.
 #[derive(Default)]
 pub(super) struct Surfaces {
     pub vertices_m: Vec<DVec3>,
@@ -67,18 +66,18 @@ pub(super) struct Surfaces {
     pub triangle_surfaces: Vec<SurfaceId>,
     pub surfaces: Vec<Surface>,
     pub bodies: Vec<Arc<Body>>,
-    /// What the geometry of each says of reports.
+    /// For every surface, how its geometry decides about reports.
     pub reporting: Vec<Reporting>,
-    /// Names of geometries and parts, with the way to what gave them.
+    /// Names of geometries and parts, each with the path of the value that gave it.
     names: HashMap<String, String>,
-    /// Surfaces by the name of their geometry or their own.
+    /// Surfaces by their own name and by the name of their geometry.
     by_name: HashMap<String, Range<SurfaceId>>,
     cells: f64,
-    /// Triangles of all spheres.
+    /// Number of triangles of all spheres.
     sphere_triangles: f64,
 }
 
-/// What geometry refers to.
+/// Data that geometry refers to.
 pub(super) struct GeometryContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
@@ -87,7 +86,7 @@ pub(super) struct GeometryContext<'a> {
 }
 
 impl<'a> GeometryContext<'a> {
-    /// Materials are found by their names.
+    /// Makes the context, with an index of the materials by name.
     pub fn of(unit: LengthUnit, base_dir: &'a Path, materials: &'a [Material]) -> GeometryContext<'a> {
         let by_name = materials.iter().zip(0..).map(|(material, id)| (material.name.as_str(), id)).collect();
         GeometryContext { unit, base_dir, materials, by_name }
@@ -101,7 +100,7 @@ impl<'a> GeometryContext<'a> {
     }
 }
 
-/// What every geometry says, whatever its kind.
+/// Values that every geometry has, whatever its type.
 struct GeometryKeys<'a> {
     node: Node<'a>,
     fields: Fields<'a>,
@@ -109,7 +108,7 @@ struct GeometryKeys<'a> {
     name_node: Node<'a>,
     name: &'a str,
     two_sided: bool,
-    /// In the file's unit.
+    /// Longest edge of an element, in the file's unit.
     longest_edge: Option<f64>,
     reporting: Reporting,
     placing: Placing,
@@ -133,7 +132,7 @@ impl Surfaces {
         Ok(surfaces)
     }
 
-    /// The surfaces that a name stands for: a whole geometry or one part.
+    /// Returns the surfaces with a name: those of a whole geometry, or one part.
     pub fn named(&self, node: &Node) -> Result<Vec<SurfaceId>, SceneError> {
         let name = node.text()?;
         let Some(found) = self.by_name.get(name) else {
@@ -206,7 +205,7 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Keys and values that all kinds of geometry share; takes the geometry's name.
+    /// Reads the values that all geometry types share, and reserves the geometry's name.
     fn common_of<'a>(&mut self, node: &Node<'a>) -> Result<GeometryKeys<'a>, SceneError> {
         let number = node.fields("a geometry")?.need("type", "\"box\"")?.choice(&TYPES)?;
         let kind = TYPES[number];
@@ -238,7 +237,7 @@ impl Surfaces {
         })
     }
 
-    /// The shape in the file's own units and, of a smooth one, the body that its triangles stand for.
+    /// Returns the shape in the file's unit. For a smooth body it also returns the body that its triangles represent.
     fn shape_of(
         &mut self,
         common: &GeometryKeys,
@@ -259,7 +258,7 @@ impl Surfaces {
         Ok((shape, None))
     }
 
-    /// Puts the vertices of a shape where they stand in metres; returns the number of the first.
+    /// Adds the placed vertices of a shape in metres. Returns the number of the first one.
     fn place_vertices(
         &mut self,
         common: &GeometryKeys,
@@ -283,7 +282,7 @@ impl Surfaces {
         Ok(first_vertex)
     }
 
-    /// A surface that no triangle has yet; takes the part's name.
+    /// Begins a surface without triangles, and reserves the part's name.
     fn begin_surface(
         &mut self,
         common: &GeometryKeys,
@@ -302,7 +301,7 @@ impl Surfaces {
         Ok(Surface { name, geometry: common.name.to_string(), material, two_sided, triangles: first..first })
     }
 
-    /// Keeps a surface with all triangles since it was begun; leaves out one that has none.
+    /// Stores a surface with all triangles added since its beginning. A surface without triangles is left out.
     fn end_surface(&mut self, mut surface: Surface, reporting: Reporting, warnings: &mut Vec<String>) {
         surface.triangles.end = self.triangles.len() as u32;
         if surface.triangles.is_empty() {
@@ -315,7 +314,7 @@ impl Surfaces {
         self.surfaces.push(surface);
     }
 
-    /// Whether the scene still is of a size that can be computed.
+    /// Checks that the scene is small enough to be computed.
     fn check_size(&self, common: &GeometryKeys) -> Result<(), SceneError> {
         if self.cells <= MOST_CELLS && self.vertices_m.len() <= u32::MAX as usize {
             return Ok(());
@@ -372,7 +371,7 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Into how many parts the edges of a triangle are cut; `None` for one without an area.
+    /// Number of parts into which each edge of a triangle is cut; `None` for a triangle without an area.
     fn divisions_of(&self, triangle: [u32; 3], longest_edge_m: Option<f64>) -> Option<f64> {
         let [a, b, c] = triangle.map(|vertex| self.vertices_m[vertex as usize]);
         let longest_m = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -451,7 +450,7 @@ fn read_mesh(
         ));
     }
 
-    // A file without materials is a surface of its own; with some, the faces before the first are a part like the others.
+    // A file without materials is one surface. In a file with materials, the faces before the first one form a part of their own.
     if shape.parts.len() > 1 {
         for part in &mut shape.parts {
             part.name.get_or_insert_with(|| UNNAMED_PART.into());
@@ -460,7 +459,7 @@ fn read_mesh(
     Ok(shape)
 }
 
-/// The material of every part.
+/// Returns the material of every part.
 fn part_materials(
     fields: &Fields,
     kind: &str,
@@ -485,7 +484,7 @@ fn part_materials(
         }
     }
 
-    // The part's own entry first, then the walls' for a box's walls and the like-named material for a mesh's part.
+    // The part's own entry counts first. Then follow the `walls` entry for a box, and the material of the same name for a mesh.
     let of_part = |part: Option<&str>| {
         let by_name = |name: &str| match kind {
             "box" if BOX_FACES[2..].contains(&name) => own.get("walls").copied(),

@@ -1,7 +1,8 @@
-//! The immediate surroundings and the background of a task area, as EN 12464-1 makes them: a band about the task, and one about that.
+//! The immediate surroundings and the background of a task area by EN 12464-1: a band about the task, and a wider band about that.
 //!
-//! Both are cut into cells as wide as the standard's rule has points apart, and at least one cell wide; of every cell what lies on the floor
-//! that bounds the room counts, with a point at its centroid. Other task areas within them are part of them.
+//! Both bands are cut into cells. The width of a cell is about the point distance of the standard's rule, and each band is at least one
+//! cell wide. In every cell the part on the floor that bounds the room counts, with a point at its centroid. Other task areas within the
+//! bands are part of them.
 
 use glam::{DVec2, DVec3};
 
@@ -19,25 +20,25 @@ use super::unique_names::{Names, made_name};
 use super::units::LengthUnit;
 use super::vectors::direction;
 
-/// Key of a grid, and the keys of what it holds.
+/// Key of a grid for its surroundings, and the keys of the value.
 pub(super) const KEY: &str = "surroundings";
 pub(super) const KEYS: [&str; 3] = ["within", "band", "background"];
 
-/// Widths in m of the band and of the background where the file names none: what EN 12464-1 asks for at least.
+/// Default widths in m of the band and of the background: the least values of EN 12464-1.
 const USUAL_WIDTHS_M: [f64; 2] = [0.5, 3.0];
-/// A floor faces as the task does where the cosine between them is larger.
+/// Least cosine between the normals of floor and task for the floor to face the same way.
 const SAME_WAY: f64 = 0.5;
-/// Sines of angles by which a grid may miss a rectangle.
+/// Largest sine of the angle by which a grid may differ from a rectangle.
 const SKEWNESS: f64 = 1e-6;
 
-/// A rectangle of a task's plane, and its axes.
+/// A rectangle in a task's plane, with its axes.
 struct TaskRectangle {
     origin_m: DVec3,
     axes: [DVec3; 2],
     sides_m: [f64; 2],
 }
 
-/// The sets about a task area, where its grid asks for them.
+/// Reads the sets about a task area, if its grid has the key.
 pub(super) fn read(
     fields: &Fields,
     unit: LengthUnit,
@@ -113,13 +114,13 @@ pub(super) fn read(
 }
 
 impl TaskRectangle {
-    /// The cells of a grid together; `None` where they are no rectangle.
+    /// Returns the rectangle of all cells of a grid; `None` if it is no rectangle.
     fn of(layout: &ReceiverLayout) -> Option<TaskRectangle> {
         let ReceiverLayout::Grid { columns, rows, origin_m, u_m, v_m, .. } = *layout else { return None };
         if direction(u_m).dot(direction(v_m)).abs() > SKEWNESS {
             return None;
         }
-        // A row of one point stands in the middle of the whole of it.
+        // A row of one point stands in the middle of its cell.
         let cells = |span_m: DVec3, count: u32| match count {
             1 => (span_m, DVec3::ZERO),
             _ => (span_m * (f64::from(count) / f64::from(count - 1)), -0.5 * span_m / f64::from(count - 1)),
@@ -137,7 +138,7 @@ impl TaskRectangle {
     }
 }
 
-/// The triangles of a floor that face as the task does, in m along the task's axes from its corner.
+/// The triangles of a floor that face the same way as the task, in m along the task's axes from its corner.
 fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &TaskRectangle) -> Result<Vec<[DVec2; 3]>, SceneError> {
     let mut triangles = Vec::new();
     for surface in surfaces.named(node)? {
@@ -162,17 +163,17 @@ fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &TaskRectangle) -> Re
     Ok(triangles)
 }
 
-/// Cells of a plane about a rectangle: lines along both axes in m, and which spans of them are the rectangle's own.
+/// Cells of a plane about a rectangle: cell boundaries along both axes in m, and the ranges of cells that belong to the rectangle itself.
 struct RingCells {
     lines_m: [Vec<f64>; 2],
     inner: [std::ops::Range<usize>; 2],
 }
 
 impl RingCells {
-    /// The cells about the rectangle from `low_m` to `high_m`, `broad_m` wide.
+    /// Makes the cells about the rectangle from `low_m` to `high_m`, in a band of width `broad_m`.
     fn about(area: Area, low_m: [f64; 2], high_m: [f64; 2], broad_m: f64, task_m: [f64; 2]) -> RingCells {
         let whole_m = match area {
-            // The band is as finely looked at as the task.
+            // The band has the same point distance as the task.
             Area::Surroundings => task_m,
             _ => [0, 1].map(|axis| high_m[axis] - low_m[axis] + 2.0 * broad_m),
         };
@@ -200,10 +201,10 @@ impl RingCells {
         self.lines_m.iter().map(|lines_m| lines_m.len() as u64 - 1).product()
     }
 
-    /// A point for what of each cell lies on the floor, row by row.
+    /// Makes a point for the part of each cell on the floor, row by row.
     fn points(&self, task: &TaskRectangle, floor: &[[DVec2; 3]]) -> Vec<ReceiverPoint> {
         let columns = self.lines_m[0].len() - 1;
-        // Area in m², and area times place, of every cell.
+        // For every cell: area in m², and area times position.
         let mut filled = vec![(0.0, DVec2::ZERO); self.cells() as usize];
         for corners_m in floor {
             let range = |axis: usize| {

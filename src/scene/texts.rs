@@ -1,4 +1,4 @@
-//! Readers of the files that a scene names, by their text alone.
+//! Readers of the files that a scene names, from their text alone.
 
 use std::path::Path;
 
@@ -10,16 +10,16 @@ use super::reader::Source;
 use super::units::LengthUnit;
 use super::{obj, points_file};
 
-/// What an OBJ file holds: lengths as they stand in the file.
+/// Content of an OBJ file. Lengths are in the file's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Vertices that differ, in the order of the file.
+    /// Distinct vertices, in the order of the file.
     pub vertices: Vec<DVec3>,
-    /// Vertex numbers of all triangles, part by part; polygons are cut up.
+    /// Vertex numbers of all triangles, part by part. Polygons are cut into triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Names of the parts by `usemtl`; `None` for faces before the first.
     pub parts: Vec<Option<String>>,
-    /// What was passed over and matters.
+    /// Ignored parts of the file that matter.
     pub warnings: Vec<String>,
 }
 
@@ -27,7 +27,7 @@ pub struct Mesh {
 ///
 /// # Errors
 ///
-/// Malformed vertices and faces, corners that do not exist, and texts without a face, with their places.
+/// Malformed vertices and faces, corners that do not exist, and texts without a face. The errors give their positions.
 pub fn mesh_from_obj(text: &str, path: &Path) -> Result<Mesh, SceneError> {
     let mut warnings = Vec::new();
     let shape = obj::read(&Source { text, path }, &mut warnings)?;
@@ -43,7 +43,7 @@ pub fn mesh_from_obj(text: &str, path: &Path) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 ///
-/// As for points files that a scene names: a wrong header, a malformed row, no point at all, with their places.
+/// As for points files that a scene names: a wrong header, a malformed row, no point at all. The errors give their positions.
 pub fn receiver_points_from_csv(text: &str, path: &Path) -> Result<Vec<ReceiverPoint>, SceneError> {
     points_file::read(text, path, LengthUnit::of(0))
 }

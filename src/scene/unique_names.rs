@@ -1,4 +1,4 @@
-//! Names of luminaires and receivers, each given once.
+//! Names of luminaires and receivers. Each name may be given once.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -6,10 +6,10 @@ use std::rc::Rc;
 use super::error::SceneError;
 use super::reader::{Fields, Node};
 
-/// Names with the places where they were given; those of an array share theirs.
+/// Names with the paths of the values that gave them. The names of an array share one path.
 pub(super) type Names = HashMap<String, Rc<str>>;
 
-/// Refuses a name that has been given before to something of the same sort.
+/// Reads a name. It refuses a name that another item of the same kind already has.
 pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, SceneError> {
     let node = fields.need("name", "\"…\"")?;
     let name = node.name()?;
@@ -24,7 +24,7 @@ pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, 
     Ok(name.to_string())
 }
 
-/// The name of a set that another one's keys ask for, refused where something has it already.
+/// Reserves the name of a set that another set's keys generate. It refuses a name that is already in use.
 pub(super) fn made_name(name: String, node: &Node, names: &mut Names) -> Result<String, SceneError> {
     if let Some(first) = names.insert(name.clone(), node.json_path().into()) {
         return Err(node.refuse_as(

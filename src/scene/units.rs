@@ -14,30 +14,30 @@ pub(crate) struct LengthUnit {
 pub(crate) const UNIT_NAMES: [&str; 5] = ["m", "mm", "cm", "in", "ft"];
 
 impl LengthUnit {
-    /// The unit with the given place in [`UNIT_NAMES`].
+    /// The unit with an index in [`UNIT_NAMES`].
     pub fn of(index: usize) -> LengthUnit {
-        // As fractions of whole numbers, so that 2700 mm become the very double that 2.7 m is.
+        // Fractions of whole numbers: 2700 mm then become the same double as 2.7 m.
         let (numerator, denominator) =
             [(1.0, 1.0), (1.0, 1000.0), (1.0, 100.0), (127.0, 5000.0), (381.0, 1250.0)][index];
         LengthUnit { name: UNIT_NAMES[index], numerator, denominator }
     }
 
-    /// A length in m.
+    /// Converts a length to m.
     pub fn length_m(self, length: f64) -> f64 {
         length * self.numerator / self.denominator
     }
 
-    /// A place in m.
+    /// Converts a point to m.
     pub fn point_m(self, point: DVec3) -> DVec3 {
         point * self.numerator / self.denominator
     }
 
-    /// What a place in m is in the unit.
+    /// Converts a point in m to the unit.
     pub fn point_of_m(self, point_m: DVec3) -> DVec3 {
         point_m * self.denominator / self.numerator
     }
 
-    /// An area in m².
+    /// Converts an area to m².
     pub fn area_m2(self, area: f64) -> f64 {
         self.length_m(self.length_m(area))
     }

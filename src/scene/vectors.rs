@@ -1,15 +1,15 @@
-//! Directions: parallel or not, and the frame of a turned luminaire.
+//! Directions: tests for parallel vectors, and the frame of a rotated luminaire.
 
 use glam::DVec3;
 
 use super::placing::sin_cos_deg;
 
-/// Sine of the smallest angle between vectors that still span a plane: below it rounding decides the normal.
+/// Sine of the smallest angle between vectors that span a plane. Below it rounding decides the normal.
 const SMALLEST_SINE: f64 = 1e-9;
-/// Largest |cosine| between directions that count as perpendicular: far above rounding, far below what a drawing means.
+/// Largest |cosine| between directions that count as perpendicular: far above rounding, far below any intended angle.
 const PERPENDICULAR_COSINE: f64 = 1e-9;
 
-/// A vector's direction, whatever its length; 0 stays 0.
+/// Unit vector along a vector of any length; 0 stays 0.
 pub(super) fn direction(vector: DVec3) -> DVec3 {
     let largest = vector.abs().max_element();
     if largest == 0.0 { DVec3::ZERO } else { (vector / largest).normalize() }
@@ -27,8 +27,8 @@ pub(super) fn are_perpendicular(u: DVec3, v: DVec3) -> bool {
 
 /// Unit vectors of C0, C90 and γ = 0 of a luminaire that aims along the unit vector `aim`.
 ///
-/// C0 lies where the smallest rotation that takes −z to `aim` carries +x (for aim = +z: +x), C90 = C0 × aim, and a
-/// positive `rotation_deg` turns C0 towards C90.
+/// C0 is +x, carried along by the smallest rotation from −z to `aim` (for aim = +z: +x itself). C90 = C0 × aim. A positive `rotation_deg`
+/// turns C0 towards C90.
 pub(super) fn photometric_frame(aim: DVec3, rotation_deg: f64) -> [DVec3; 3] {
     let c0 = unturned_c0(aim);
     let c90 = c0.cross(aim).normalize();
@@ -36,21 +36,21 @@ pub(super) fn photometric_frame(aim: DVec3, rotation_deg: f64) -> [DVec3; 3] {
     [cos * c0 + sin * c90, cos * c90 - sin * c0, aim]
 }
 
-/// +x, carried by the smallest rotation that takes −z to `aim`.
+/// Returns +x, carried along by the smallest rotation from −z to `aim`.
 fn unturned_c0(aim: DVec3) -> DVec3 {
-    /// Below this squared sine, aim is +z to rounding and the smallest rotation is any half turn.
+    /// Below this squared sine, aim equals +z up to rounding, and every half turn is a smallest rotation.
     const STRAIGHT_UP: f64 = 1e-24;
     let sine_squared = aim.x * aim.x + aim.y * aim.y;
     if aim.z > 0.0 && sine_squared < STRAIGHT_UP {
         return DVec3::X;
     }
 
-    // Rodrigues' formula for the rotation from −z to aim, with 1 + cos(angle) = 1 − aim.z; near +z that difference
-    // cancels, and (1 − z) = sin²/(1 + z) does not.
+    // Rodrigues' formula for the rotation from −z to aim, with 1 + cos(angle) = 1 − aim.z. Near +z that difference cancels, but (1 − z) =
+    // sin²/(1 + z) does not.
     let one_plus_cos = if aim.z > 0.0 { sine_squared / (1.0 + aim.z) } else { 1.0 - aim.z };
     let c0 = DVec3::new(1.0 - aim.x * aim.x / one_plus_cos, -aim.x * aim.y / one_plus_cos, aim.x);
 
-    // Made exactly perpendicular to aim again.
+    // Make it exactly perpendicular to aim again.
     (c0 - aim * c0.dot(aim)).normalize()
 }
 
@@ -85,7 +85,7 @@ mod tests {
             assert!(c0.distance(expected) < 1e-9, "{aim}: {c0} {expected}");
             assert!(c90.distance(c0.cross(aim)) < 1e-15 && c0.dot(aim).abs() < 1e-15);
         }
-        // Aiming along +x, what pointed to +x points up.
+        // For an aim along +x, the former +x points up.
         assert!(photometric_frame(DVec3::X, 0.0)[0].distance(DVec3::Z) < 1e-15);
     }
 

@@ -1,7 +1,7 @@
 //! Weather of a year: EnergyPlus files (EPW), or CSV with site and hours.
 //!
-//! Of an EPW file only place, time and the two radiations are read: direct normal and diffuse horizontal. Each line tells of the hour that ends at
-//! the one it names; the sun is taken in the middle of it.
+//! Of an EPW file only location, time and two irradiances are read: direct normal and diffuse horizontal. Each line describes the hour
+//! that ends at the given time. The sun's position is taken in the middle of that hour.
 
 use std::ops::Range;
 use std::path::Path;
@@ -11,36 +11,36 @@ use super::plain_file::read_plain_file;
 use super::reader::{Source, shortened};
 use crate::base::solar_position::DAYS_OF_MONTHS;
 
-/// Bytes of a weather file that are read: ten times those of hourly ones.
+/// Largest weather file in bytes: ten times the size of hourly ones.
 const MOST_BYTES: u64 = 20_000_000;
-/// Lines before the hours of an EPW file.
+/// Number of lines before the hours of an EPW file.
 const EPW_HEADERS: usize = 8;
-/// What an EPW file writes where a radiation is missing, or more.
+/// Value that marks a missing irradiance in an EPW file; greater values do too.
 const MISSING_W_M2: f64 = 9999.0;
 /// Most hours that a file may have: those of a leap year.
 const MOST_HOURS: usize = 8784;
-/// Irradiances and illuminances beyond these are none that the sun can give.
+/// Largest irradiance in W/m² and illuminance in lx. The sun cannot give more.
 const LARGEST: [f64; 2] = [1500.0, 200_000.0];
-/// Columns of a CSV file; the last two are either these or those of illuminances.
+/// Columns of a CSV file. The last two are these or the two of illuminances.
 const COLUMNS: [&str; 5] =
     ["month", "day", "hour", "direct_normal_irradiance_w_m2", "diffuse_horizontal_irradiance_w_m2"];
 const ILLUMINANCES: [&str; 2] = ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"];
-/// What a CSV file tells before its columns.
+/// Site data of a CSV file before its columns.
 const SITE: [&str; 3] = ["latitude_deg", "longitude_deg", "time_zone_hours"];
 const SITE_LIMITS: [f64; 3] = [90.0, 180.0, 14.0];
 
-/// Weather of the hours of a year at a place.
+/// Weather of the hours of a year at a location.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weather {
-    /// Name of the place; may be empty.
+    /// Name of the location; may be empty.
     pub place: String,
-    /// Latitude in degrees, north of the equator above 0.
+    /// Latitude in degrees; positive north of the equator.
     pub latitude_deg: f64,
-    /// Longitude in degrees, east of Greenwich above 0.
+    /// Longitude in degrees; positive east of Greenwich.
     pub longitude_deg: f64,
-    /// Hours that the place's standard time is ahead of universal time.
+    /// Hours by which the location's standard time is ahead of universal time.
     pub time_zone_hours: f64,
-    /// Its hours, in the order of the file.
+    /// The hours, in the order of the file.
     pub hours: Vec<WeatherHour>,
 }
 
@@ -53,11 +53,11 @@ pub struct WeatherHour {
     pub day: u32,
     /// Middle of the hour in standard time, 0 to 24.
     pub middle_hours: f64,
-    /// What comes from the sun and from the sky.
+    /// Light from the sun and from the sky.
     pub light: WeatherLight,
 }
 
-/// Light of an hour: from the sun across its rays, and from the sky on an open horizontal plane.
+/// Light of an hour: from the sun on a plane perpendicular to its rays, and from the sky on an open horizontal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WeatherLight {
     /// Irradiances in W/m².
@@ -66,24 +66,24 @@ pub enum WeatherLight {
     Illuminance([f64; 2]),
 }
 
-/// Reads a weather file: EPW by its name, else CSV.
+/// Reads a weather file: EPW by its name, otherwise CSV.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, or of another form; a number that is missing or out of range: with line and column.
+/// A file that cannot be read or has another form, and numbers that are missing or out of range. The error gives line and column.
 pub fn read_weather(path: &Path) -> Result<Weather, SceneError> {
     let whole = |got: String, remedy: &str| {
         let what = "the weather file cannot be read".to_owned();
         SceneError::of_file(path, what, got, "an EPW file, or CSV with site and hours", remedy)
     };
     let bytes = read_plain_file(path, MOST_BYTES).map_err(|error| whole(error.to_string(), "check the file's name"))?;
-    // Names of places may be in any encoding; what is read of numbers is ASCII.
+    // Names of locations may have any encoding. The numbers are ASCII.
     let text = String::from_utf8_lossy(&bytes);
     let is_epw = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("epw"));
     weather_from_text(&text, path, is_epw)
 }
 
-/// The same from the text of a file, whose path is told in errors.
+/// As `read_weather`, from the text of a file. Errors show `path`.
 ///
 /// # Errors
 ///
@@ -93,7 +93,7 @@ pub fn weather_from_text(text: &str, path: &Path, is_epw: bool) -> Result<Weathe
     if is_epw { rows.epw() } else { rows.csv() }
 }
 
-/// A line's fields as ranges of the text.
+/// The fields of a line, as ranges of the text.
 type LineFields = Vec<Range<usize>>;
 
 struct Rows<'a> {
@@ -133,7 +133,7 @@ impl<'a> Rows<'a> {
         self.source.refuse(place, "", what, got, expected, remedy)
     }
 
-    /// A field of a line as a number within a range.
+    /// Reads a field of a line as a number within a range.
     fn number(&self, fields: &LineFields, place: usize, what: &str, range: [f64; 2]) -> Result<f64, SceneError> {
         let field = fields.get(place).cloned().unwrap_or_else(|| end_of(fields));
         let number = self.text(&field).parse::<f64>().ok().filter(|number| (range[0]..=range[1]).contains(number));

@@ -1,4 +1,4 @@
-//! Welds the rims of a mesh where programs have written one place twice with different last digits.
+//! Welds the open edges of a mesh. Programs sometimes write one point twice with different last digits.
 
 use std::collections::HashSet;
 
@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::shapes::GeometryShape;
 
-/// Vertices on rims nearer to each other than this fraction of the mesh's size become one: some digits of single
-/// precision, in which most programs write meshes and rays are traced.
+/// Largest distance of welded vertices, as a fraction of the mesh's size. It is a few last digits of single precision, in which most
+/// programs write meshes and in which rays are traced.
 const SAME_PLACE: f64 = 2e-7;
 
-/// Makes vertices of rims one that lie as good as at one place; returns how many were taken away, and the place of the first.
+/// Merges vertices on open edges that lie practically at one point. Returns the number of removed vertices and the position of the first.
 ///
-/// It is safe because nothing else changes: vertices within closed surface stay, no triangle loses its area (where two of
-/// its corners would become one, they stay apart), and no vertex moves farther than rays can tell.
+/// It is safe because nothing else changes. Vertices within a closed surface stay. No triangle loses its area: if two of its corners
+/// would merge, they stay apart. No vertex moves farther than rays can resolve.
 pub(super) fn weld(shape: &mut GeometryShape) -> Option<(usize, DVec3)> {
     let rim = rim_vertices(shape);
     let low = shape.vertices.iter().fold(DVec3::INFINITY, |low, vertex| low.min(*vertex));
@@ -21,7 +21,7 @@ pub(super) fn weld(shape: &mut GeometryShape) -> Option<(usize, DVec3)> {
     let tolerance = SAME_PLACE * low.distance(high);
     let place = |vertex: u32| shape.vertices[vertex as usize];
 
-    // Along one axis, each vertex looks back at those that stand for others.
+    // Along one axis, each vertex is compared with the preceding vertices that are kept.
     let mut sorted = rim;
     sorted.sort_by(|one, other| place(*one).x.total_cmp(&place(*other).x).then(one.cmp(other)));
     let mut kept: Vec<u32> = Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn weld(shape: &mut GeometryShape) -> Option<(usize, DVec3)> {
     let mut stands_for: Vec<u32> = (0..shape.vertices.len() as u32).collect();
     moved.iter().for_each(|(vertex, other)| stands_for[*vertex as usize] = *other);
 
-    // Triangles that would lose a corner keep all of theirs.
+    // Triangles that would lose a corner keep all their corners.
     let mut apart: HashSet<u32> = HashSet::new();
     for triangle in shape.parts.iter().flat_map(|part| &part.triangles) {
         let [a, b, c] = triangle.map(|vertex| stands_for[vertex as usize]);
@@ -58,10 +58,10 @@ pub(super) fn weld(shape: &mut GeometryShape) -> Option<(usize, DVec3)> {
     (count > 0).then_some((count, first_m))
 }
 
-/// Vertices on a line across the sweep that are looked at; more lie there by design, and their welding can wait.
+/// Most vertices near the sweep position that are compared. If more lie there, they do so by design, and need no welding.
 const MOST_NEIGHBOURS: usize = 4096;
 
-/// Vertices of edges that an odd number of triangles has.
+/// Vertices of the edges that belong to an odd number of triangles.
 fn rim_vertices(shape: &GeometryShape) -> Vec<u32> {
     let triangles = || shape.parts.iter().flat_map(|part| &part.triangles);
     let mut edges: Vec<(u32, u32)> = triangles()
@@ -81,7 +81,7 @@ mod tests {
     use super::super::shapes::ShapePart;
     use super::*;
 
-    /// Two triangles of a square, with corners of their own that `gap` parts along x.
+    /// Two triangles of a square with separate corners. `gap` separates them along x.
     fn square(gap: f64) -> GeometryShape {
         let corner = DVec3::new;
         GeometryShape {

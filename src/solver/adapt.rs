@@ -1,9 +1,8 @@
-//! Elements that adapt: cut and sloped until what they cannot show is as small as a target asks.
-//!
-//! Direct light has edges, but little chance: its variation in every element is measured before the run, by a pilot whose
-//! samples enter no result. Indirect light is smooth, but noisy: its variation shows only in the run, for whole sides of
-//! surfaces together; if it is too large there, the map starts anew on finer elements. Where indirect light is gathered, it
-//! has elements of its own ([`super::coarse`]), which are cut by what they lose and not by the edges of direct light.
+//! Elements that adapt: they are cut and given slopes until what they cannot show is as small as a target requires.
+//! Direct light has edges but little random error. A pilot, whose samples enter no result, measures its variation in every element before
+//! the run. Indirect light is smooth but noisy. Its variation shows only in the run, for whole sides of surfaces together. If it is too
+//! large there, the map starts anew on finer elements. If indirect light is gathered, it has elements of its own ([`super::coarse`]). They
+//! are cut by what they lose and not by the edges of direct light.
 
 mod first;
 
@@ -23,37 +22,37 @@ use crate::maps::basis::{Linear, SLOPES, bends_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::scene::Elements;
 
-/// Share of the squared target that the whole discretisation may take in the run, and that it is brought down to where
-/// it takes more and starting anew takes fewer rays than going on.
+/// Largest share of the squared target that the whole discretisation may take in the run. Above it, if starting anew takes fewer rays than
+/// going on, the discretisation is reduced to the second share.
 const MOST_SHARE: f64 = 0.5;
 const AIM_SHARE: f64 = 0.25;
-/// The part of that which indirect light may have, where it is gathered on elements of its own.
+/// The part of the second share for indirect light, if it is gathered on elements of its own.
 const AIM_OF_COARSE: f64 = 0.15;
-/// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
+/// Relative slope of illuminance over the size of a scene that is assumed for a constant element.
 const USUAL_SLOPE: f64 = 2.0;
-/// Rounds of cutting in the run at most.
+/// Most rounds of cutting in the run.
 const RUN_ROUNDS: u32 = 12;
-/// Elements of an adaptive map, at most.
+/// Most elements of an adaptive map.
 const MOST_ELEMENTS: usize = 400_000;
-/// Element sides that adapt in a second of a time limit: each takes some 8 µs whatever is computed, and has a tenth of the limit.
+/// Element sides that adapt per second of a time limit. Each takes some 8 µs whatever is computed, and all may take a tenth of the limit.
 const SIDES_A_SECOND: f64 = 12_500.0;
-/// Bytes of a side that adapts and gathers at the peak of a run: sums of 16 replicas with slopes, the same on the coarser elements, and what
-/// tells how light varies within both (`docs/performance.md`). They may take half of the memory.
+/// Peak memory in bytes of an element side that adapts and gathers: sums of 16 replicas with slopes, the same on the coarse elements, and
+/// the variation of light within both (`docs/performance.md`). They may take half of the memory.
 pub const BYTES_OF_A_SIDE: u64 = 6700;
-/// The loss must be known this many standard errors above what is allowed to start anew.
+/// To start anew, the loss must be this many standard errors above the allowed loss.
 const CERTAINTY: f64 = 2.0;
 
-/// What a job keeps of elements that adapt, beside its sums.
+/// What a job stores for elements that adapt, in addition to its sums.
 #[derive(Serialize, Deserialize)]
 pub struct Adaptive {
-    /// Share of each element that is exposed: where something stands on it nobody sees it, and nothing is shown.
+    /// Share of each element that is exposed. The rest is hidden by contact: nobody sees it and nothing is shown there.
     pub exposed: Vec<f64>,
-    /// Whether each element shows slopes; one that is covered in part shows none.
+    /// Whether each element shows slopes. An element partly hidden by contact shows none.
     pub sloped: Vec<bool>,
-    /// Direct and indirect illuminance in lx that samples are compared with: the nearer they are, the less chance what
-    /// the elements show has. They bias nothing.
+    /// Direct and indirect illuminance in lx that samples are compared with. The closer they are, the less random error have the values
+    /// that the elements show. They cause no bias.
     pub references_lx: Vec<[Linear; 2]>,
-    /// How light varies within the elements, from the run's own samples.
+    /// Variation of light within the elements, from the run's own samples.
     pub detail: Detail,
     /// How often the map started anew.
     pub rounds: u32,
@@ -65,15 +64,15 @@ pub struct Adaptive {
 /// What elements cannot show.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Loss {
-    /// Estimate of each element's mean square over its area in lx²; may be below 0 by chance.
+    /// Estimate of each element's mean square over its area in lx². It may be below 0 by random error.
     pub lost_lx2: Vec<f64>,
-    /// The same less one standard error of the direct part, which is all that a single element's samples tell.
+    /// The same less one standard error of the direct part. The samples of a single element show no more than this.
     sure_lx2: Vec<f64>,
-    /// Of the whole map, weighted by area, in lx².
+    /// Mean over the whole map, weighted by area, in lx².
     pub mean_lx2: f64,
-    /// Standard error of that.
+    /// Standard error of that mean.
     pub standard_error_lx2: f64,
-    /// Of it what the elements lose that indirect light is gathered on.
+    /// The part of it lost by the elements on which indirect light is gathered.
     coarse: CoarseLoss,
 }
 
@@ -86,11 +85,11 @@ pub struct Spent {
     pub gathered: f64,
 }
 
-/// A map as a look has shown it.
+/// A map as found at a look.
 pub struct Looked<'a> {
     pub elements: &'a Elements,
     pub map: &'a ReplicaMap,
-    /// What indirect light is gathered on, where that is coarser.
+    /// The elements on which indirect light is gathered, if they are coarser.
     pub coarse: Option<&'a CoarseElements>,
     pub loss: &'a Loss,
     pub mean_lx: f64,
@@ -99,20 +98,20 @@ pub struct Looked<'a> {
 
 /// Elements that lose less.
 pub struct Refined {
-    /// Those of the map with what is kept of them, where these are others than before.
+    /// Elements of the map and what is stored for them, if they have changed.
     pub elements: Option<(Elements, Adaptive)>,
-    /// Those that indirect light is gathered on, where these are others.
+    /// Elements on which indirect light is gathered, if they have changed.
     pub coarse: Option<CoarseElements>,
 }
 
-/// Elements of a scene up to which they adapt, under a time limit and in so much memory; more stay as the scene gives them.
+/// Most elements of a scene that adapt, under a time limit and with this much memory. If a scene has more, they stay as given.
 pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
     let in_time = time_limit_s.map_or(f64::INFINITY, |limit_s| SIDES_A_SECOND * limit_s);
     let in_memory = (memory_bytes / 2 / BYTES_OF_A_SIDE) as f64;
     (MOST_ELEMENTS as f64).min(in_time).min(in_memory) as usize
 }
 
-/// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.
+/// Adds two samples of the direct light of a point. Returns the scores of the mean and of the slopes in lx.
 #[inline]
 pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Linear) -> [f64; 1 + SLOPES] {
     let known_lx = reference.at(seen.at);
@@ -128,7 +127,7 @@ pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Line
     [mean + beyond_lx, first + beyond_lx * bends[0], second + beyond_lx * bends[1]]
 }
 
-/// Edge in m over which elements show slopes in any case: over a smaller one light changes less than the target asks to show.
+/// Edge in m above which elements show slopes in any case. Over a smaller edge light changes less than the target requires.
 pub fn slope_from_m(context: &Context, target_error: f64) -> f64 {
     USUAL_SLOPE * target_error * (context.stage.area_m2 / 6.0).sqrt()
 }
@@ -136,14 +135,14 @@ pub fn slope_from_m(context: &Context, target_error: f64) -> f64 {
 impl Adaptive {
     fn variation(&self, map: &ReplicaMap, index: usize, apart: bool) -> Variation {
         let [Linear(direct), Linear(indirect)] = self.references_lx[index];
-        // Counted packets are compared with nothing.
+        // Counted packets are not compared with a reference.
         let known = f64::from(u8::from(apart));
         let slopes_lx = [[direct[1], direct[2]], [known * indirect[1], known * indirect[2]]];
         let whole = self.exposed[index] == 1.0;
         self.detail.variation(index, map.scales(index), slopes_lx, [apart, whole])
     }
 
-    /// What the elements, of these areas, cannot show, by the run's samples.
+    /// What the elements, with these areas, cannot show, from the run's samples.
     pub fn loss(
         &self,
         context: &Context,
@@ -159,7 +158,7 @@ impl Adaptive {
             Loss { coarse: coarse.map(|coarse| coarse.loss(context)).unwrap_or_default(), ..Loss::default() };
         let (mut sum_lx2_m2, mut variance) = (loss.coarse.sum_lx2_m2, loss.coarse.variance);
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            // Of one that is covered in part only the coarse element above it can tell, where there is one.
+            // For an element partly hidden by contact, only the coarse element above it can show this, if there is one.
             let smooth_lx2 = match coarse {
                 Some(_) if self.exposed[index] < 1.0 => 0.0,
                 _ => sides.lx2(context, elements, index, *area_m2, self.shows()),
@@ -182,10 +181,9 @@ impl Adaptive {
         loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 > share * target_lx2
     }
 
-    /// Finer elements, where these lose too much for the target by all that a look has shown; `None` where they do not, where
-    /// going on with them takes fewer rays all the same, or where nothing finer is allowed.
-    ///
-    /// `rays_to` tells how many rays more bring chance down to an error in lx.
+    /// Finer elements, if at a look the present ones lose too much for the target. `None` if they do not, if going on with them still takes
+    /// fewer rays, or if nothing finer is allowed.
+    /// `rays_to` returns how many more rays reduce the random error to an error in lx.
     pub fn refined(&self, context: &Context, looked: &Looked, rays_to: impl Fn(f64) -> f64) -> Option<Refined> {
         let Looked { elements, map, coarse, loss, mean_lx, spent } = *looked;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
@@ -206,7 +204,7 @@ impl Adaptive {
         }
         let finer_coarse =
             finer_coarse.filter(|finer| coarse.is_some_and(|coarse| coarse.elements.len() < finer.len()));
-        // Going on as they are, what chance may have is less; starting anew, what was done is lost.
+        // Going on with the present elements leaves less of the target for random error. Starting anew loses the work done.
         let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
         let chance_lx = |share: f64| (target_lx2 * (1.0 - share)).sqrt();
         let times = |finer: usize, before: usize| finer as f64 / before.max(1) as f64;
@@ -230,7 +228,7 @@ impl Adaptive {
         (refined.elements.is_some() || refined.coarse.is_some()).then_some(refined)
     }
 
-    /// What is kept of finer elements, from what these have shown.
+    /// What is stored for finer elements, from what the present ones have shown.
     fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
         let parents: Vec<u32> = (0..finer.len() as u32).map(|index| parent_of(elements, finer, index)).collect();
         let was_cut = |index: usize| finer.element(index as u32).cuts() > elements.element(parents[index]).cuts();
@@ -257,7 +255,7 @@ impl Adaptive {
         }
     }
 
-    /// Shows slopes wherever the coarse elements do that indirect light is gathered on, and compares with what these do.
+    /// Shows slopes wherever the coarse elements that gather indirect light do, and uses their values as references.
     pub fn stand_on(&mut self, coarse: &CoarseElements) {
         for (site, child) in coarse.children.iter().enumerate() {
             let whole = self.exposed[site] == 1.0;
@@ -267,7 +265,7 @@ impl Adaptive {
         }
     }
 
-    /// What of the elements is shown.
+    /// Which slopes and which parts of the elements are shown.
     pub fn shows(&self) -> Shows<'_> {
         (&self.sloped, &self.exposed)
     }
@@ -282,7 +280,7 @@ impl Adaptive {
         self.target_error = target_error;
     }
 
-    /// Number of the element map's streams in this round: a map that starts anew draws anew.
+    /// Number of the element map's streams in this round. A map that starts anew uses new random numbers.
     pub fn stream_number(&self) -> u32 {
         stream_number(self.rounds)
     }

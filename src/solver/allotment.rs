@@ -1,23 +1,22 @@
 //! How many walks each point takes in a pass: more where walks scatter more.
-//!
-//! Of a number of walks least variance is left if each point takes them in proportion to the standard deviation of one (Neyman 1934, "On
-//! the two different aspects of the representative method"). What walks have said decides about those to come and is then given up, so
-//! that no sum holds the chance that shared it out.
+//! A fixed number of walks has the least variance if each point takes walks in proportion to the standard deviation of one walk. (Neyman
+//! 1934, "On the two different aspects of the representative method".) Past walks decide on future walks and are then given up. So no sum
+//! contains the random error that determined the allotment.
 
 use serde::{Deserialize, Serialize};
 
-/// A share of the mean variance of all points that each counts as its own beside what its walks say: rare bright walks may still come.
+/// Share of the mean variance of all points that is added to the variance of each point's own walks: rare bright walks may still come.
 const OF_ALL_POINTS: f64 = 0.125;
-/// Walks of one point in a pass at most.
+/// Most walks of one point in a pass.
 const MOST_WALKS: f64 = 32.0;
-/// Walks are shared out anew where that takes so many times less work, as either half says of what the other proposes, and what is given
-/// up counted.
+/// Walks are shared out anew if that takes less work by this factor. Each half estimates the gain of what the other half proposes, and the
+/// work given up is included.
 const WORTHWHILE: f64 = 1.15;
 
 /// Walks of each point in a pass.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Allotment {
-    /// Empty where all points take one.
+    /// Empty if all points take one.
     walks: Vec<u16>,
 }
 
@@ -28,20 +27,20 @@ impl Allotment {
         self.walks.get(point).map_or(1, |walks| u64::from(*walks))
     }
 
-    /// Walks that so many points take in a pass.
+    /// Walks that `points` points take in a pass.
     pub fn of_all(&self, points: usize) -> u64 {
         (0..points).map(|point| self.of(point)).sum()
     }
 
-    /// Variance of a pass over the map's points, over that of one walk from each.
+    /// Variance of a pass over the map's points, relative to that of one walk from each.
     pub fn variance_of_a_pass(&self, variances: &[[f64; 2]]) -> f64 {
         let both = of_both(variances);
         let all: f64 = both.iter().sum();
         if all > 0.0 { self.left(&both) / all } else { 1.0 }
     }
 
-    /// How many times less work a better one takes, where the even and the odd half each know the variance of a walk from every point,
-    /// times the point's weight: either half judges what the other proposes.
+    /// Ratio of the work of this allotment to that of a better one. `variances` has, from the even and the odd half, the variance of a walk
+    /// from every point times the point's weight. Each half judges what the other proposes.
     pub fn gain(&self, variances: &[[f64; 2]]) -> f64 {
         let halves = [0, 1].map(|half| -> Vec<f64> { variances.iter().map(|of_point| of_point[half]).collect() });
         let of_half = |half: usize| {
@@ -53,14 +52,14 @@ impl Allotment {
         if gain.is_nan() { 1.0 } else { gain }
     }
 
-    /// A better one and how many times less work it takes, if that is far less. This share of the work to come would be done by now,
-    /// and is given up.
+    /// A better allotment and the factor of work that it saves, if that is large enough. `done` is the share of the work to come that would
+    /// be done by now and is given up.
     pub fn improved(&self, variances: &[[f64; 2]], done: f64) -> Option<(Allotment, f64)> {
         let gain = self.gain(variances);
         ((1.0 - done) * gain > WORTHWHILE).then(|| (Allotment::fitting(&of_both(variances)), gain))
     }
 
-    /// The one of least work for points of such variances.
+    /// The allotment of least work for points with these variances.
     fn fitting(variances: &[f64]) -> Allotment {
         let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
         let safe: Vec<f64> = variances.iter().map(|variance| variance + OF_ALL_POINTS * mean).collect();
@@ -69,25 +68,25 @@ impl Allotment {
             let walks_of = |variance: &f64| (walks * variance.sqrt() / most).round().clamp(1.0, walks) as u16;
             Allotment { walks: safe.iter().map(walks_of).collect() }
         };
-        // Whole numbers fit the better the larger they are, but cost where the least would be a part of a walk.
+        // Larger whole numbers fit better, but cost more where the best number would be a part of a walk.
         let steps = 2.0 * MOST_WALKS.log2();
         let candidates = (1..=steps as i32).map(|step| with_most(f64::from(step).exp2().sqrt()));
         let best = candidates.min_by(|one, other| one.work(&safe).total_cmp(&other.work(&safe)));
         best.filter(|_| most > 0.0).unwrap_or_default()
     }
 
-    /// Work to a fixed variance, but for a factor: walks of a pass times the variance that it leaves.
+    /// Work to a fixed variance, up to a constant factor: walks of a pass times the variance that remains after it.
     fn work(&self, variances: &[f64]) -> f64 {
         self.of_all(variances.len()) as f64 * self.left(variances)
     }
 
-    /// Variance that a pass leaves, summed over the points.
+    /// Variance that remains after a pass, summed over the points.
     fn left(&self, variances: &[f64]) -> f64 {
         variances.iter().enumerate().map(|(point, variance)| variance / self.of(point) as f64).sum()
     }
 }
 
-/// Variances as both halves tell them together.
+/// Mean of the variances of both halves.
 fn of_both(variances: &[[f64; 2]]) -> Vec<f64> {
     variances.iter().map(|[even, odd]| 0.5 * (even + odd)).collect()
 }
@@ -97,7 +96,7 @@ mod tests {
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
 
-    /// What a half of eight replicas says of the variance 1 of a normal walk: χ² of 7 degrees of freedom over 7.
+    /// The estimate by a half of eight replicas of the variance 1 of a normal walk: χ² of 7 degrees of freedom over 7.
     fn as_a_half_says(stream: &mut Stream) -> f64 {
         let normal = |stream: &mut Stream| {
             let [u, v] = stream.pair();
@@ -108,22 +107,22 @@ mod tests {
 
     #[test]
     fn few_points_that_scatter_most_take_most_walks() {
-        // Ten points of a hundred scatter twenty times as much: Neyman's allotment takes 100 · (10 · 400 + 90) / (10 · 20 + 90)² = 4.9
-        // times less work; what whole numbers and caution leave of that is more than 3.
+        // Ten points of a hundred scatter twenty times as much. Neyman's allotment takes 100 · (10 · 400 + 90) / (10 · 20 + 90)² = 4.9
+        // times less work. With whole numbers and caution more than 3 remains of that.
         let variances: Vec<f64> = (0..100).map(|point| if point % 10 == 3 { 400.0 } else { 1.0 }).collect();
         let of_halves: Vec<[f64; 2]> = variances.iter().map(|variance| [*variance; 2]).collect();
         let (allotment, _) = Allotment::default().improved(&of_halves, 0.05).expect("far better");
         assert!(allotment.of(3) >= 5 && allotment.of(4) == 1, "{allotment:?}");
         assert!(Allotment::default().work(&variances) > 3.0 * allotment.work(&variances));
-        // Where most of the work is done it is not worth giving up; and it is not improved upon by what it was made of.
+        // If most of the work is done, it is not worth giving up. The data that an allotment was made of do not improve on it.
         assert_eq!(Allotment::default().improved(&of_halves, 0.8), None);
         assert_eq!(allotment.improved(&of_halves, 0.0), None);
     }
 
     #[test]
     fn chance_of_what_halves_say_is_no_reason_to_share_out_anew() {
-        // 80 points alike, 200 sets, seed 4: what one half proposes by chance the other does not find better. Believed by themselves
-        // (the planted fault) the same numbers would promise a gain.
+        // 80 equal points, 200 sets, seed 4: what one half proposes by chance, the other does not find better. Planted fault: used alone,
+        // the same numbers would promise a gain.
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         let mut promised = 0.0;
         for set in 0..200 {

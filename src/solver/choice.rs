@@ -1,6 +1,5 @@
-//! What `auto` weighs for a map: the work to the target by counts or walks, by gathering and by local estimation, as far as each
-//! can be expected to pay for its pilot. Work is counted, in rays: those of a method, and what choosing among luminaires
-//! takes beside them.
+//! How `auto` compares methods for a map: counts or walks, gathering and local estimation, as far as each is expected to be worth its
+//! pilot. It compares their work to the target. Work is counted in rays: those of a method, plus the cost of choosing among luminaires.
 
 use std::ops::RangeInclusive;
 
@@ -12,28 +11,29 @@ use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
 
-/// Work by the cheapest other way below which local estimation is not weighed: its first looks take about as many, and its pilot, which
-/// looks at all points, is worth so many rays of each, up to so many points.
+/// Work by the cheapest other method below which local estimation is not considered. Its first looks take about the first number of rays.
+/// Its pilot samples all points and is worth the second number of rays per point, up to the third number of points.
 const LEAST_WORK: f64 = 6e4;
 const LEAST_WORK_A_POINT: f64 = 2e3;
 const MOST_POINTS: usize = 1024;
-/// What a ray of local estimation takes over one of a walk. Measured in seven made-up rooms: 0.7 to 1.4; in rooms of a dozen triangles half.
+/// Work of a ray of local estimation relative to one of a walk. Measured in seven made-up rooms: 0.7 to 1.4; in rooms of a dozen triangles
+/// half.
 const WORK_OF_A_CONNECTION: f64 = 0.75;
-/// Variance of a chain's scores over their squared mean, for each chain of a pilot, above which the pilot is not believed.
+/// Variance of a chain's scores relative to their squared mean, per chain of the pilot. Above this value the pilot is not trusted.
 const MOST_SCATTER: f64 = 1.0 / 16.0;
-/// What the chains of the pilot bring, were nothing in the way, over what walks say that they do: beyond these bounds either
-/// most connections are blocked or chains seldom come to where the light comes from.
+/// Limits for the ratio of the light that the pilot's chains bring if unobstructed to what walks find. Beyond these limits either most
+/// connections are blocked or chains seldom reach the surfaces that the light comes from.
 const MOST_HIDDEN: f64 = 4.0;
 const LEAST_FOUND: f64 = 0.5;
-/// Where a pilot is not believed, and so much work is at stake, a second one traces its connections. What it finds must be what walks
-/// find, within this factor.
+/// If a pilot is not trusted and at least this much work is at stake, a second one traces its connections. Its light must agree with that
+/// of walks within the second factor.
 const WORTH_TRACING: f64 = 1.5e6;
 const MOST_APART: f64 = 2.0;
 const MOST_SCATTER_TRACED: f64 = 0.125;
-/// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
+/// A map leaves local estimation or gathering if another method is cheaper by this factor by the latest look: early looks are uncertain.
 const LEAVING: f64 = 1.5;
 
-/// Writes an offer, or that there is none, and reads it again; why there was none makes no difference any more.
+/// Writes an offer or its absence, and reads it again. The reason for the absence no longer matters and is not stored.
 pub mod kept_offer {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -49,22 +49,22 @@ pub mod kept_offer {
     }
 }
 
-/// Error at which methods are weighed against each other where no target is set.
+/// Error at which methods are compared if no target is set.
 const USUAL_ERROR: f64 = 0.01;
 
-/// Local estimation is not weighed before more is to be done.
+/// Reason: local estimation is not considered while little work is left.
 const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and its first looks";
-/// A pilot that was not believed, and no other so far: to be weighed anew where a look finds more work.
+/// Reason: the pilot is not trusted. Local estimation is considered again if a look finds more work.
 const UNSURE: &str = "its pilot's chains seldom reach the points";
-/// Elements are not connected to chains.
+/// Reason: elements are not connected to chains.
 const POINTS_ONLY: Result<usize, &str> = Err("for points only");
 
-/// Whether the cheapest other way takes so much work that local estimation is worth its pilot.
+/// Whether the cheapest other method takes so much work that local estimation is worth its pilot.
 fn is_worth_a_pilot(job: &Job, at_best: f64) -> bool {
     at_best >= LEAST_WORK.max(LEAST_WORK_A_POINT * job.map.len().min(MOST_POINTS) as f64)
 }
 
-/// The receiver set whose points can be connected to chains, or why there is none.
+/// The receiver set whose points can be connected to chains, or the reason why there is none.
 fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     let MapKind::Receivers(set) = job.kind else {
         return POINTS_ONLY;
@@ -76,7 +76,7 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     if matches!(quantity, Quantity::Glare(_) | Quantity::Intensity { .. }) {
         return Err("for illuminances and luminances only");
     }
-    // Lines of sight follow mirrors and panes themselves; vertices on gloss cost a luminance more chains than they save.
+    // Lines of sight follow mirrors and panes themselves. Vertices on gloss cost a luminance more chains than they save.
     let is_view = quantity == Quantity::Luminance;
     if !is_view && !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");
@@ -87,14 +87,13 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     Ok(set)
 }
 
-/// Whether a pilot found as much light as walks, and had enough chains that its variance can be told.
+/// Whether a pilot found as much light as walks, and had enough chains for a reliable variance.
 fn is_believed(plan: &LocalPlan, weights: &[f64], found: RangeInclusive<f64>, scatter: f64) -> bool {
     found.contains(&plan.found) && plan.scatter(weights) <= scatter * plan.pilot_chains as f64
 }
 
-/// Pilots local estimation for a map, if it can pay: the pilot's samples enter no result, and its rays are counted.
-///
-/// `at_best` is the work by the cheapest other way.
+/// Runs the pilot of local estimation for a map, if it can pay. The pilot's samples enter no result, and its rays are counted.
+/// `at_best` is the work by the cheapest other method.
 fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64) -> Offered {
     if context.is_over() {
         return Err("the run is over");
@@ -116,20 +115,19 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
     Ok(Offer { plan, work })
 }
 
-/// Work to the target by gathering, or why that was not weighed.
+/// Work to the target by gathering, or the reason why it was not considered.
 type GatheringWork = Result<f64, &'static str>;
 
-/// Rays of a walk from which on points gather where the pilot promises less work than other ways take; where walks are shorter the promise
-/// must be as many times less, since pilots of walks know nothing of what cells have wrong, and the shorter walks are the less there is to
-/// save. (In 18 sets of eight made-up rooms with walks of 3 to 10 rays the first look found three to twelve times the promise. At a
-/// reflectance of 0.9, with some 50 rays, gathering takes as long as walks, promised 0.3 to 0.6 of the work; at 0.96, with some 130, it
-/// takes 0.45 of the time, as promised.)
+/// Rays of a walk from which on points gather as soon as the pilot predicts less work than for other methods. For shorter walks the
+/// predicted work must be less in proportion. Pilots of walks contain no information about errors of cells, and shorter walks leave less to
+/// save. (In 18 sets of eight made-up rooms with walks of 3 to 10 rays, the first look found three to twelve times the prediction. At a
+/// reflectance of 0.9, with some 50 rays, gathering takes as long as walks, with a prediction of 0.3 to 0.6 of the work; at 0.96, with some
+/// 130, it takes 0.45 of the time, as predicted.)
 const RAYS_OF_A_WALK_WORTH_GATHERING: f64 = 128.0;
 
-/// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays. Without a target
-/// nothing tells how far a run will go, and local estimation is not weighed.
-///
-/// Where a first look at elements by cells is cheap it is taken in any case; what follows from it [`reconsider`] tells.
+/// Chooses the cheapest method for a map and records the comparison. Returns whether the map gathers. A method that was requested is kept.
+/// Without a target the length of the run is unknown, and local estimation is not considered.
+/// If a first look at elements by cells is cheap, it is taken in any case; [`reconsider`] decides what follows from it.
 pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target: Option<f64>) -> bool {
     if context.method != Method::Auto {
         return gathering.is_ok();
@@ -168,7 +166,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
     false
 }
 
-/// What was weighed for a map: work to the target.
+/// The comparison for a map, as text: work to the target.
 fn reason(counts: bool, error: f64, gathering: GatheringWork, without: f64, offered: &Offered) -> String {
     let of = |work: Result<f64, &str>, name: &str| match work {
         Ok(work) => format!("{work:.1e} by {name}"),
@@ -182,8 +180,8 @@ fn reason(counts: bool, error: f64, gathering: GatheringWork, without: f64, offe
     format!("by the pilot, work to {target} %: {without:.1e} by walks, {local}, {gathering}")
 }
 
-/// After a look: leaves cells for local estimation, or either for walks, where these would be done with far less work than it still
-/// takes.
+/// Reconsiders the method after a look. The map changes from cells to local estimation, or from either to walks. It does so if the new
+/// method needs far less work than is still to come.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     if job.met || job.looks.refused {
         return;

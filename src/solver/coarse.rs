@@ -1,8 +1,7 @@
-//! Coarse elements: what the indirect light of elements that adapt is gathered on.
-//!
-//! Direct light has edges but little chance, and elements are cut along its edges. Indirect light is smooth but noisy, and
-//! takes rays on every element that gathers it. So it is gathered on coarser elements, as large as it allows, of which those
-//! of the map are children; what a coarse element shows of it, its mean and slopes, is shown on all of its children.
+//! Coarse elements: elements on which the indirect light of adaptive elements is gathered.
+//! Direct light has edges but little random error, and elements are cut along its edges. Indirect light is smooth but noisy, and takes rays
+//! on every element that gathers it. So it is gathered on coarser elements, as large as possible. The elements of the map are their
+//! children. The mean and slopes of a coarse element are shown on all of its children.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,34 +14,34 @@ use crate::maps::basis::Linear;
 use crate::maps::{ChildElement, IndirectDetail, ReplicaMap, Unit, Variation};
 use crate::scene::Elements;
 
-/// Standard errors that are taken off what an element alone seems to lose: by chance it must not be cut.
+/// Standard errors that are subtracted from the apparent loss of a single element, so that random error does not cut it.
 const SURE: f64 = 3.0;
 
-/// Elements that indirect light is gathered on, and what was gathered.
+/// Elements on which indirect light is gathered, and what was gathered.
 #[derive(Serialize, Deserialize)]
 pub struct CoarseElements {
     /// The elements.
     pub elements: Elements,
-    /// What was gathered: indirect light alone.
+    /// What was gathered: only indirect light.
     pub map: ReplicaMap,
     /// Areas in m² of all entries of the map; 0 for slopes that are not shown.
     pub weights: Vec<f64>,
-    /// Share of each element that is exposed.
+    /// Share of each element that is exposed (not hidden by contact).
     pub exposed: Vec<f64>,
     /// Whether each element shows slopes.
     pub sloped: Vec<bool>,
-    /// What the elements keep beside their sums.
+    /// Data that the elements keep in addition to their sums.
     pub shape: Shape,
     /// How the elements of the job's map lie in them.
     pub children: Vec<ChildElement>,
 }
 
-/// What elements that gather keep beside their sums.
+/// Data that elements that gather keep in addition to their sums.
 #[derive(Serialize, Deserialize)]
 pub struct Shape {
-    /// Indirect illuminance in lx that samples are compared with; it biases nothing.
+    /// Indirect illuminance in lx that samples are compared with. It causes no bias.
     pub references_lx: Vec<Linear>,
-    /// How the light varies within the elements.
+    /// Variation of light within the elements.
     pub detail: IndirectDetail,
     /// How often they were cut.
     pub rounds: u32,
@@ -51,13 +50,13 @@ pub struct Shape {
 /// What coarse elements cannot show.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CoarseLoss {
-    /// Mean square of each element over its area in lx²; may be below 0 by chance.
+    /// Mean square of each element over its area in lx². It may be below 0 by random error.
     pub lost_lx2: Vec<f64>,
-    /// The same by which elements are cut.
+    /// The loss by which elements are cut, in lx².
     sure_lx2: Vec<f64>,
-    /// Sum over all of area times loss, in lx² m², and its variance.
+    /// Sum over all elements of area times loss, in lx² m².
     pub sum_lx2_m2: f64,
-    /// Variance of that.
+    /// Variance of that sum.
     pub variance: f64,
 }
 
@@ -69,7 +68,7 @@ impl Shape {
 }
 
 impl CoarseElements {
-    /// The elements of a map joined to edges of about so many m; those with edges over `slope_from_m` show slopes.
+    /// Joins the elements of a map to elements with edges of about `edge_m`. Those with edges over `slope_from_m` show slopes.
     pub fn first(
         context: &Context,
         fine: &Elements,
@@ -113,7 +112,7 @@ impl CoarseElements {
         coarse
     }
 
-    /// What of the elements is shown.
+    /// Which slopes and which parts of the elements are shown.
     fn shows(&self) -> Shows<'_> {
         (&self.sloped, &self.exposed)
     }
@@ -125,8 +124,8 @@ impl CoarseElements {
         self.shape.detail = IndirectDetail::new(sites);
     }
 
-    /// Goes on with a map whose elements have become finer than these are; whether it can: not where the finer ones show that something
-    /// covers what seemed exposed, or the other way round.
+    /// Keeps what was gathered for a map whose elements have become finer. Returns whether that is possible. It is not possible if the
+    /// finer ones show that something hides what seemed exposed, or the other way round.
     pub fn lay_under(&mut self, context: &Context, fine: &Elements, fine_exposed: &[f64]) -> bool {
         let exposed = exposed_of(context, &self.elements, fine, fine_exposed);
         let kind = |share: &f64| (*share > 0.0, *share < 1.0);
@@ -139,7 +138,7 @@ impl CoarseElements {
         true
     }
 
-    /// Whether elements on children of these show slopes.
+    /// Whether the parent of the element `site` shows slopes.
     pub fn shows_slopes(&self, site: usize) -> bool {
         self.sloped[self.children[site].parent as usize]
     }
@@ -150,7 +149,7 @@ impl CoarseElements {
         self.shape.detail.variation(index, self.map.scales(index).1, [first, second], whole)
     }
 
-    /// What they cannot show, by all that was gathered.
+    /// What they cannot show, from all that was gathered.
     pub fn loss(&self, context: &Context) -> CoarseLoss {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
@@ -162,7 +161,8 @@ impl CoarseElements {
             let (of_slope, noise_of_slope) =
                 if sloped[index] { (0.0, 0.0) } else { (variation.slope_lx2, variation.slope_noise) };
             let noise = variation.indirect_noise + noise_of_slope;
-            // What lies together on one side, the shadow of a bright surface say, shows in single elements once they know it.
+            // Loss that lies together on one side shows in single elements once it is significant there. An example is the shadow of a
+            // bright surface.
             let alone_lx2 = variation.indirect_lx2 + of_slope - SURE * noise.sqrt();
             loss.lost_lx2.push(smooth_lx2);
             loss.sure_lx2.push(smooth_lx2.max(alone_lx2).max(0.0));
@@ -172,12 +172,12 @@ impl CoarseElements {
         loss
     }
 
-    /// How often to cut each element so that they lose no more than a goal in lx².
+    /// How often to cut each element so that all lose no more than a goal in lx².
     pub fn cuts(&self, context: &Context, loss: &CoarseLoss, goal_lx2: f64, most: usize) -> Vec<u32> {
         cuts_of(context, &self.elements, loss.sure_lx2.iter().copied(), goal_lx2, most)
     }
 
-    /// The same cut, under a map of these elements.
+    /// The elements after they were cut to `elements`, under a map of elements `fine`.
     pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> CoarseElements {
         let exposed = exposed_of(context, &elements, fine, fine_exposed);
         let parents: Vec<u32> =
@@ -202,7 +202,7 @@ impl CoarseElements {
     }
 }
 
-/// Share of coarse elements that is exposed, from that of the finer ones in them.
+/// Exposed share of coarse elements, from that of the finer ones in them.
 fn exposed_of(context: &Context, coarse: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
     let mut found = vec![[0.0; 2]; coarse.len()];
     for (index, exposed) in fine_exposed.iter().enumerate() {

@@ -4,20 +4,20 @@ use super::context::Context;
 use crate::maps::{ReplicaMap, Unit};
 use crate::scene::Elements;
 
-/// Numbers that one of so many elements or points shows, weighted: all weights over those of the means.
+/// Numbers that an element or point shows, as a weighted mean: the sum of all weights over that of the means' weights.
 pub fn numbers_per_site(weights: &[f64], sites: usize) -> f64 {
     weights.iter().sum::<f64>() / weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-/// Whether elements that adapt show slopes, and the share of each that is exposed.
+/// Whether elements that adapt show slopes, and the exposed share of each.
 pub type Shows<'a> = (&'a [bool], &'a [f64]);
 
-/// An empty map of elements, and its weights; what elements that adapt show goes with them.
+/// An empty map of elements, and its weights. They depend on what elements that adapt show.
 pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
     let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
     let weights = element_weights(context, elements, shows);
     let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.element(index as u32));
-    // A packet that meets an element that seems covered counts in all of it.
+    // A packet that meets an element that seems hidden by contact counts in all of it.
     let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
     let area_m2: Vec<f64> = weights[..elements.len()].iter().enumerate().map(area_m2).collect();
     let unit = Unit::Packets { luminous_flux_lm, area_m2 };
@@ -29,8 +29,8 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
     (map, weights)
 }
 
-/// Weights of all entries of a map of elements: areas in m², of elements that adapt those that are exposed, and 0 for slopes
-/// that are not shown.
+/// Weights of all entries of a map of elements: areas in m². Elements that adapt have their exposed area, and slopes that are not shown
+/// have 0.
 pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
     let numbers = 0..elements.len() as u32;
     let area_m2: Vec<f64> = numbers.map(|index| elements.area_m2(context.scene, elements.element(index))).collect();
@@ -49,7 +49,7 @@ pub fn receiver_map(context: &Context, set: usize) -> (ReplicaMap, Vec<f64>) {
     let weights: Vec<f64> =
         receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
     let unit = match receivers.is_far_field() {
-        // Solid angles stand where areas do.
+        // Solid angles take the place of areas.
         true => Unit::Packets { luminous_flux_lm: context.stage.emitters.luminous_flux_lm(), area_m2: weights.clone() },
         false => Unit::Lux,
     };

@@ -17,7 +17,7 @@ pub struct Ends {
     pub back_faces: u64,
     /// Left the scene.
     pub escaped: u64,
-    /// Cut off after very many surfaces.
+    /// Cut off after very many surfaces or past a time limit.
     pub cut_off: u64,
 }
 

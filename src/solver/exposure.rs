@@ -1,4 +1,4 @@
-//! How much of an element is exposed: where something stands on it nobody sees it.
+//! The exposed share of an element: nobody sees the part on which something stands.
 
 use std::ops::Range;
 
@@ -9,28 +9,29 @@ use crate::estimators::element::Element;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 
-/// Points of an element, where the pilot has not looked, that tell whether it is exposed, and of one that is in part how much.
+/// Points of an element that test whether it is exposed, where the pilot has no samples; and points that measure the share of one that is
+/// partly exposed.
 pub const COVER_POINTS: u64 = 16;
 const MOST_COVER_POINTS: u64 = 128;
-/// Points near the corners of an element that are asked too, by the weights of its second and third corner.
+/// Extra test points near the corners of an element, as weights of its second and third corner.
 const NEAR_CORNERS: [[f64; 2]; 3] = [[0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
 
-/// What is known of how much of an element is exposed.
+/// What is known of the exposed share of an element.
 pub enum Exposure {
-    /// This share.
+    /// The share is known.
     Known(f64),
-    /// Nothing.
+    /// Nothing is known.
     Unknown,
-    /// Something covers a part of it.
+    /// A part of it is hidden by contact.
     InPart,
-    /// Nothing, and what is covered in part counts as if nothing were.
+    /// Nothing is known, and an element that is partly hidden counts as fully exposed.
     AsAWhole,
-    /// Nothing, and one place is to tell, even where the run has ended.
+    /// Nothing is known, and one point decides, even if the run has ended.
     AtAPlace,
 }
 
-/// Share of every element of a range that is exposed, by some points of each of which nothing is known, and by many of those that
-/// are covered in part; with the rays that it took.
+/// Exposed share of every element of a range, and the rays traced. It is measured by some points of each element of which nothing is known,
+/// and by many points of those that are partly hidden.
 pub fn exposed_shares(
     context: &Context,
     elements: &Elements,
@@ -42,7 +43,7 @@ pub fn exposed_shares(
         let mut most = match known {
             Exposure::Known(share) => return (share, 0),
             Exposure::AtAPlace => 1,
-            // A run that has ended asks no more: nothing lies on most elements.
+            // A run that has ended traces no more rays: nothing lies on most elements.
             _ if context.is_over() => return (1.0, 0),
             Exposure::Unknown | Exposure::AsAWhole => COVER_POINTS,
             Exposure::InPart => MOST_COVER_POINTS,
@@ -61,7 +62,7 @@ pub fn exposed_shares(
                 return (1.0, rays);
             }
             if points == COVER_POINTS && most == points {
-                // What covers an element in part mostly reaches over one of its corners; a few points may all lie beside it.
+                // What hides a part of an element mostly covers one of its corners. A few points may all miss it.
                 let differs = (1..points).contains(&exposed)
                     || NEAR_CORNERS.into_iter().any(|at| {
                         let (covered, asked) = element.is_covered(context.stage, at, &mut stream);

@@ -1,4 +1,4 @@
-//! Finer elements within those that they are cut from.
+//! Finer elements within the elements that they are cut from.
 
 use super::context::Context;
 use crate::control::{ElementLoss, cuts_for};
@@ -6,7 +6,7 @@ use crate::maps::basis::Linear;
 use crate::scene::elements::MOST_CUTS;
 use crate::scene::{Elements, body_of};
 
-/// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
+/// How often to cut each element, given its loss in lx², so that all together lose no more than a goal.
 pub fn cuts_of(
     context: &Context,
     elements: &Elements,
@@ -19,7 +19,7 @@ pub fn cuts_of(
         ElementLoss {
             area_m2: elements.area_m2(context.scene, element),
             lost_lx2: lost_lx2.max(0.0),
-            // Leaves of smooth bodies stay as they are.
+            // Leaves of smooth bodies are not cut.
             cuts_left: if body_of(&context.scene.bodies, element.triangle).is_some() {
                 0
             } else {
@@ -39,7 +39,7 @@ pub fn parent_of(elements: &Elements, finer: &Elements, index: u32) -> u32 {
     elements.element_at(element.triangle, middle, element.side).unwrap_or(0)
 }
 
-/// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
+/// Corners of a finer element within the element that it was cut from, as weights of that element's second and third corner.
 pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, parent: u32) -> [[f64; 2]; 3] {
     let [a, b, c] = elements.corners(&elements.element(parent));
     let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
@@ -50,8 +50,8 @@ pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, parent:
     })
 }
 
-/// A function on a child of its element as what samples are compared with there: constant where only a share of it is exposed,
-/// since samples do not lie evenly in it then.
+/// A function on a child of its element, as a reference for samples. It is constant if the child is only partly exposed, since samples are
+/// not evenly distributed in it then.
 pub fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
     let Linear([mean, first, second]) = function.on_piece(corners);
     if exposed < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }

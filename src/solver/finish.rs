@@ -1,4 +1,4 @@
-//! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
+//! Converts finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::adapt::most_that_adapt;
 use super::context::Context;
@@ -18,11 +18,11 @@ use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, Tabl
 use crate::sampling::reflection::Bsdf;
 use std::time::Instant;
 
-/// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
-/// beyond them once in 20,000 runs.
+/// Standard errors by which the flux that elements absorb may differ from the emitted flux. Student's t of 15 degrees of freedom exceeds it
+/// once in 20,000 runs.
 const MOST_DEVIATION: f64 = 5.6;
 
-/// What a run leaves beside its jobs once no work is left.
+/// What a run leaves in addition to its jobs when no work is left.
 pub(super) struct Ending {
     pub target_error: Option<f64>,
     pub convergence: Vec<ConvergenceRow>,
@@ -92,13 +92,13 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
     }
 }
 
-/// Whether elements would adapt by what was asked for.
+/// Whether the settings let elements adapt.
 fn are_to_adapt(settings: &Settings, jobs: &[Job]) -> bool {
     let is_bound = jobs.iter().find(|job| job.kind == MapKind::Elements).is_some_and(|job| job.bound);
     settings.elements == ElementChoice::Adaptive && is_bound
 }
 
-/// Says that there are too many elements for them to adapt.
+/// Reports that there are too many elements for them to adapt.
 fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
     let (count, most) = (context.stage.elements.len(), most_that_adapt(settings.time_limit_s, limit_bytes()));
     (are_to_adapt(settings, jobs) && count > most).then(|| {
@@ -109,7 +109,7 @@ fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) 
     })
 }
 
-/// Says which luminaires keep elements from being cut.
+/// Reports which luminaires keep elements from being cut.
 fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
     let lights = context.stage.near_lights.as_ref().filter(|lights| lights.touch())?;
     if !are_to_adapt(settings, jobs) {
@@ -124,7 +124,7 @@ fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) ->
     ))
 }
 
-/// Flux that the faces of surfaces swallow, and flux that is followed no further.
+/// Warnings about flux that the backs of surfaces absorb, and flux that is followed no further.
 fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
     let percent = |lm: f64| 100.0 * lm / balance.emitted_lm;
     let mut warnings = Vec::new();
@@ -166,7 +166,7 @@ fn words_on_walks_given_up(context: &Context) -> Option<String> {
     })
 }
 
-/// Observers before a background that nothing lights.
+/// Warnings about observers with a background that nothing lights.
 fn warnings_of_glare(context: &Context, glare: &[GlareRating]) -> Vec<String> {
     let unlit = worst_of_sets(glare)
         .into_iter()
@@ -176,7 +176,7 @@ fn warnings_of_glare(context: &Context, glare: &[GlareRating]) -> Vec<String> {
     unlit.map(|rating| format!("{}: no glare rating, since nothing lights the background", name(rating))).collect()
 }
 
-/// Maps without light, and those whose errors are not to be relied on.
+/// Warnings about maps without light, and about maps with unreliable errors.
 fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String> {
     let bounds = maps.iter().filter_map(|map| Some((map, map.error.dark_bound_words()?)));
     let dark = bounds.map(|(map, bound)| {
@@ -199,7 +199,8 @@ fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String
     dark.into_iter().chain(failed).collect()
 }
 
-/// Of many warnings of a kind, which a scene of thousands of receiver sets may bring, the first and how many more there are.
+/// Shortens a list of warnings of one kind to the first ones and the number of the others. A scene of thousands of receiver sets may cause
+/// many.
 fn few(mut warnings: Vec<String>, of_more: impl Fn(usize) -> String) -> Vec<String> {
     const MOST: usize = 16;
     if warnings.len() > MOST {
@@ -210,12 +211,12 @@ fn few(mut warnings: Vec<String>, of_more: impl Fn(usize) -> String) -> Vec<Stri
     warnings
 }
 
-/// Whether no light was found in a map that may get some: nobody knows its relative error then.
+/// Whether no light was found in a map that may get some. Its relative error is then unknown.
 fn is_unlit(job: &Job) -> bool {
     job.judgement.dark && !job.is_black() && job.site_weights().iter().sum::<f64>() > 0.0
 }
 
-/// Whether a map keeps the target, if there is one; a map that nothing counts in does.
+/// Whether a map meets the target, if there is one. A map in which nothing counts does.
 fn is_met(job: &Job) -> bool {
     (job.met || job.is_exact() || job.judgement.dark) && !is_unlit(job)
 }
@@ -250,8 +251,8 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
     }
 }
 
-/// The rows of a map. Where no light was found, all replicas agree on 0 by chance: what is known is that the mean lies below the bound,
-/// two standard errors away.
+/// The table rows of a map. If no light was found, all replicas agree on 0 by chance. Then it is only known that the mean is below the
+/// bound, which is set two standard errors away.
 fn tables(context: &Context, job: &Job, dark_upper_bound_lx: Option<f64>) -> Vec<TableRow> {
     let mut rows = match job.kind {
         MapKind::Elements => surface_tables(context, job),
@@ -270,7 +271,7 @@ fn tables(context: &Context, job: &Job, dark_upper_bound_lx: Option<f64>) -> Vec
     rows
 }
 
-/// How the packets of chains ended, replica by replica: those that elements counted, or those that only tell of this.
+/// Ends of the packets of chains for each replica: from chains that elements counted, or from chains traced only for the flux balance.
 fn ends_of_chains(jobs: &[Job], is_dark: bool) -> Result<&[Ends; REPLICAS], String> {
     let ends = jobs.iter().map(|job| &job.ends).find(|ends| ends[0].packets() > 0);
     ends.ok_or_else(|| {
@@ -300,7 +301,8 @@ fn flux_balance(context: &Context, ends: &[Ends; REPLICAS]) -> FluxBalance {
     }
 }
 
-/// Takes the target from an element map whose elements absorb another flux than luminaires emit, beyond chance and target.
+/// Removes the target from an element map if its elements absorb another flux than luminaires emit. The difference must exceed both random
+/// error and target.
 fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck, target_error: f64) {
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let deviation = (check.absorbed_by_map_lm / emitted_lm - 1.0).abs();
@@ -318,7 +320,7 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
     }
 }
 
-/// Σ absorptance·E·A against the emitted flux: sees a wrong map, which the balance of counted packets cannot.
+/// Compares Σ absorptance·E·A with the emitted flux. It detects a wrong map, which the balance of counted packets cannot.
 fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result<MapCheck, String> {
     let job = jobs.iter().find(|job| job.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
     if ends.iter().any(|ends| ends.escaped > 0) {
@@ -333,7 +335,7 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
         .map(|index| match context.stage.bsdf(job.elements.element(index).triangle) {
-            // What panes absorb depends on the angle and is counted instead.
+            // The absorption of panes depends on the angle and is counted instead.
             Bsdf::Glass(_) => 0.0,
             bsdf => 1.0 - bsdf.total(1.0),
         })

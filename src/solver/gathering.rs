@@ -1,7 +1,6 @@
-//! Gathering in a run: the cells of both halves, what maps have gathered of them, and the sums that follow.
-//!
-//! Even and odd half have cells of their own, so that they know nothing of each other: their difference holds all chance there is.
-//! Replicas of a half look up the same cells by rays and walks of their own; what their cells have wrong is what walks measure.
+//! Gathering in a run: the cells of both halves, what maps have gathered from them, and the sums that follow.
+//! Even and odd half have separate cells, so the halves are independent: their difference contains all random error. Replicas of a half
+//! look up the same cells with their own rays and walks. Residual walks measure the error of the cells.
 
 mod gatherer;
 mod records;
@@ -19,25 +18,25 @@ use crate::caches::{CellGrid, CellLight};
 use crate::maps::REPLICAS;
 use crate::sampling::random::{Purpose, Stream};
 
-/// Edge of a cell over the length of the ray that looks it up: so many times the error that maps go for, within bounds. What a cell is off
-/// by grows with its edge.
+/// Ratio of a cell's edge to the length of the ray that looks it up: this factor times the error that maps aim at, within bounds. The error
+/// of a cell grows with its edge.
 const EDGES_AN_ERROR: f64 = 25.0;
-/// Rays of a walk up to which that holds. Where walks are longer, light is reflected more often, and with each reflection cells are
-/// off anew: their edges are as many times shorter as walks are longer.
+/// Longest walks, in rays, for which that holds. In longer walks light is reflected more often, and each reflection adds the error of cells
+/// again. So edges are shorter by the factor by which walks are longer.
 const RAYS_OF_A_SHORT_WALK: f64 = 5.0;
 const LEAST_EDGE_SHARE: f64 = 0.05;
 const MOST_EDGE_SHARE: f64 = 0.25;
 
-/// The cells of both halves, which serve all maps of a run.
+/// The cells of both halves, used by all maps of a run.
 #[derive(Serialize, Deserialize)]
 pub struct CellSets {
     halves: [CellLight; 2],
-    /// Samples that a cell takes at most.
+    /// Most samples of a cell.
     pub most_samples: u16,
 }
 
 impl CellSets {
-    /// No cells yet, for an error of the maps and walks of so many rays.
+    /// Creates empty cells, for a target error of the maps and the mean number of rays of a walk.
     pub fn new(context: &Context, error: f64, rays_of_a_walk: f64) -> CellSets {
         let reflected_seldom = (RAYS_OF_A_SHORT_WALK / rays_of_a_walk).min(1.0);
         let edge_share = (EDGES_AN_ERROR * error * reflected_seldom).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
@@ -70,26 +69,27 @@ impl CellSets {
 #[derive(Serialize, Deserialize)]
 pub struct GatheringProgress {
     records: Vec<Records>,
-    /// Whether an entry sends rays.
+    /// Whether each entry sends rays.
     sees: Vec<bool>,
     order: Order,
-    /// Rays that fill of either half, and gathering rays of each replica so far: a pass may stand in the middle.
+    /// Rays of either half that fill cells, and gathering rays of each replica so far. A pass may be unfinished.
     filled: u64,
     gathered: u64,
     walks: WalkOrder,
-    /// Where light comes from to rays, and where cells are wrong for walks; rays of each replica, and walks, that these know.
+    /// The directions from which rays get light, and those in which walks find errors of cells; and the numbers of rays of each replica,
+    /// and of walks, from which they have learned.
     guides: [Guide; 2],
     learned: [u64; 2],
-    /// Numbers of the three kinds that the latest sums know.
+    /// Numbers of the three kinds that the latest sums include.
     settled: [u64; 3],
-    /// Squared error in lx² of the mean over all replicas by chance of the rays alone, by the latest sums.
+    /// Squared error in lx² of the mean over all replicas, from the random error of rays alone, by the latest sums.
     pub ray_squared_lx2: f64,
-    /// Rays of gathering, of filling cells, and of walks.
+    /// Rays for gathering, for filling cells, and of walks.
     pub rays: [u64; 3],
 }
 
 impl GatheringProgress {
-    /// Nothing yet of entries that lie in these regions of neighbours, of which some walk at first.
+    /// Creates the empty progress of entries in these regions of neighbours, with `walkers` entries that walk at first.
     pub fn new(gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
         let sites = regions.len();
         let order = Order::of(sites);
@@ -109,12 +109,12 @@ impl GatheringProgress {
         }
     }
 
-    /// The same for other elements of the same surfaces: their cells are filled already.
+    /// Starts anew for other elements of the same surfaces: their cells are already filled.
     pub fn anew(&self, gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
         GatheringProgress { filled: self.filled, rays: self.rays, ..GatheringProgress::new(gatherer, regions, walkers) }
     }
 
-    /// Bytes that what was found takes.
+    /// Bytes of the records.
     pub fn bytes(&self) -> usize {
         self.records.iter().map(Records::bytes).sum()
     }
@@ -129,12 +129,12 @@ impl GatheringProgress {
         self.filled
     }
 
-    /// Whether walks have told anything yet.
+    /// Whether walks have given any result yet.
     pub fn knows_its_bias(&self) -> bool {
         self.walks.complete().1 > 0
     }
 
-    /// Whether so many passes of walks are done by all that are to walk.
+    /// Whether all entries that must walk have done `passes` passes of walks.
     pub fn has_walked(&self, passes: u64) -> bool {
         let (walkers, walks, _) = self.walks.complete();
         walkers == self.walks.walkers && walks >= passes
@@ -145,7 +145,7 @@ impl GatheringProgress {
         self.walks.take_all();
     }
 
-    /// Fills cells up to a number of rays of either half, by at most so many; returns how many all rays were.
+    /// Fills cells up to `rays` rays of either half, with at most `most` new ones. Returns the rays traced in all.
     pub fn fill(&mut self, gatherer: &Gatherer, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
         let range = self.filled..rays.min(self.filled + most.max(1));
         let (order, guide, most_samples) = (self.order, &self.guides[0], sets.most_samples);
@@ -158,7 +158,7 @@ impl GatheringProgress {
         rays
     }
 
-    /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
+    /// Sends rays up to `passes` passes, at most `most` of each replica. Returns the rays traced.
     pub fn gather(&mut self, gatherer: &Gatherer, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.gathered..(passes * self.order.sites() as u64).min(self.gathered + most.max(1));
         let (order, guide) = (self.order, &self.guides[0]);
@@ -173,7 +173,7 @@ impl GatheringProgress {
         rays
     }
 
-    /// Walks up to so many passes, of every replica at most so many; returns their rays.
+    /// Walks up to `passes` passes, at most `most` walks of each replica. Returns the rays traced.
     pub fn walk(&mut self, gatherer: &Gatherer, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.walks.next(passes, most);
         let (walks, guide) = (&self.walks, &self.guides[1]);
@@ -188,7 +188,7 @@ impl GatheringProgress {
         rays
     }
 
-    /// Makes the cells that the replicas looked up for the first time, in their order.
+    /// Makes the cells that the replicas looked up for the first time, in the order of the replicas.
     fn make_cells(&mut self, sets: &mut CellSets) {
         let (mut even, mut odd) = (Vec::new(), Vec::new());
         for (replica, records) in self.records.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Glare ratings, from the background that a map's replicas know and the luminaires that the observer sees.
+//! Glare ratings, from the background illuminance in a map's replicas and the luminaires that the observer sees.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -17,20 +17,20 @@ use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Background, GlareObserver, Quantity};
 
-/// Rays of all replicas for the luminaires of a set's observers, about, at most.
+/// Approximate upper limit for the rays of all replicas to the luminaires, for all observers of a set together.
 const RAYS: f64 = 1e6;
-/// Standard error of a rating, by the luminaires' part alone, at which no more passes are made; ratings are told to a tenth.
+/// Standard error of a rating, from the luminaires' part alone, at which no more passes are made. Ratings are reported to a tenth.
 const RATING_ERROR: f64 = 0.01;
-/// A rating's change for that of the logarithm of the luminaires' sum: it is 8 times the decimal one.
+/// Change of a rating per change of the natural logarithm of the luminaires' sum. Per decimal logarithm it is 8.
 const UGR_PER_LOG_SUM: f64 = 8.0 / std::f64::consts::LN_10;
-/// Passes over the luminaires in a replica; of a grid of observers one does.
+/// Passes over the luminaires in a replica: fewest for one observer, fewest for a grid of observers, and most.
 const FEWEST_PASSES: u64 = 4;
 const FEWEST_PASSES_OF_MANY: u64 = 1;
 const MOST_PASSES: u64 = 512;
-/// Luminaires that a sentence names.
+/// Most luminaires that a sentence names.
 const MOST_NAMES: usize = 3;
 
-/// Rates the observers of a finished job, those within solids left out; none if it is not about glare.
+/// Rates the observers of a finished job, without those inside solids. Empty if the job is not about glare.
 pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
     let MapKind::Receivers(set) = job.kind else {
         return Vec::new();
@@ -40,7 +40,7 @@ pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
         return Vec::new();
     };
     let seen = receivers.observers.iter().enumerate().filter(|(_, observer)| !observer.inside);
-    // Every observer has a site, or all share those on the walls.
+    // Every observer has a site, or all share the sites on the walls.
     let sites = |index: usize| match background {
         Background::Observer => index..index + 1,
         Background::Tabular => 0..job.weights.len(),
@@ -48,10 +48,9 @@ pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
     seen.map(|(index, observer)| rate_observer(context, job, [set, index], observer, sites(index))).collect()
 }
 
-/// Rates an observer by the luminaires in sight and the illuminance at the sites that tell the background.
-///
-/// The rating is no linear function of what the replicas estimate: it is taken of their means, and its error by the
-/// jackknife, which leaves out one replica at a time.
+/// Rates an observer from the luminaires in sight and the illuminance at the sites that give the background.
+/// The rating is not a linear function of what the replicas estimate. It is computed from their means, and its error by the jackknife,
+/// which leaves out one replica at a time.
 fn rate_observer(
     context: &Context,
     job: &Job,
@@ -86,7 +85,7 @@ fn rate_observer(
         let of_replica = |replica: usize| by_replica[replica].iter().sum::<f64>();
         let mean = (0..REPLICAS).map(of_replica).sum::<f64>() / REPLICAS as f64;
         let rating_error = UGR_PER_LOG_SUM * standard_error(of_replica) / mean;
-        // A luminaire that hardly shows may be in none of the first passes: where nothing is seen, all are made.
+        // A luminaire that is hardly visible may be in none of the first passes. So all passes are made while nothing is seen.
         if mean > 0.0 && rating_error <= RATING_ERROR || (context.time_left)() == TimeLeft::LongOver {
             break;
         }
@@ -102,7 +101,7 @@ fn rate_observer(
     let backgrounds: Vec<f64> = (0..REPLICAS)
         .map(|replica| {
             let weighed = sites.clone().map(|site| job.weights[site] * job.map.illuminance_lx(replica, site));
-            // Where all sites lie within solids nothing tells of a background.
+            // If all sites are inside solids, the background is unknown.
             if all_weights > 0.0 { weighed.sum::<f64>() / all_weights / PI } else { 0.0 }
         })
         .collect();
@@ -131,7 +130,7 @@ fn rate_observer(
     }
 }
 
-/// What a run tells about the luminaires that do not count, in a sentence.
+/// Reports the luminaires that do not count, as a sentence.
 pub(super) fn words_on_outside(context: &Context, rating: &GlareRating) -> Option<String> {
     let name = |index: usize| context.scene.luminaires[index].name.as_str();
     let mut reasons: Vec<Outside> = rating.outside.iter().map(|(_, reason)| *reason).collect();

@@ -1,22 +1,20 @@
-//! What gathering rays and residual walks learn of the directions that light comes from.
-//!
-//! Entries of a region of neighbours share a density of first directions. It is learned at every look from all samples so far, and
-//! holds from then on: what a sample brings in the mean depends on no density, so that the sums stay unbiased and replicas
-//! uncorrelated.
+//! Directions that light comes from, as learned for gathering rays and residual walks.
+//! Entries of a region of neighbours share a density of first directions. It is learned at every look from all samples so far, and is used
+//! from then on. The expected value of a sample does not depend on the density, so the sums stay unbiased and replicas stay uncorrelated.
 
 use serde::{Deserialize, Serialize};
 
 use crate::sampling::guide::{BINS, Density};
 
-/// Samples of a region, over its bins, from which on it has learned something.
+/// Samples of a region per bin from which on a density is learned.
 const SAMPLES_OF_A_BIN: f64 = 4.0;
-/// Samples of the region's mean square that a bin's own are added to: few samples of a bin say little.
+/// Weight of the region's mean square, in samples, in the estimate of a bin: few samples of a bin are unreliable.
 const SAMPLES_OF_THE_MEAN: f64 = 2.0;
-/// Directions are drawn by a density from this share of the even variance on: evenly spread points of a sequence have less
-/// chance than these moments say, and lose a part of that.
+/// A density is used if it reduces the variance to this share of the variance with even directions or less. Evenly spread points of a
+/// sequence have less random error than these moments predict, and lose a part of that advantage.
 const WORTHWHILE: f64 = 0.67;
 
-/// Samples whose first ray went through a bin: how many, their scores in lx and the squares of these.
+/// Samples whose first ray went through a bin: their number, and the sums of their scores in lx and of the squares.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct BinTally {
     count: f64,
@@ -34,7 +32,7 @@ pub struct Guide {
     densities: Vec<Option<Density>>,
 }
 
-/// Writes the tallies of all regions in a row, and reads them again.
+/// Writes the tallies of all regions as one list, and reads them again.
 mod in_a_row {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -51,19 +49,19 @@ mod in_a_row {
 }
 
 impl Guide {
-    /// Knows nothing yet of samples from entries that lie in these regions of neighbours.
+    /// Creates a guide that has learned nothing, for entries in these regions of neighbours.
     pub fn new(regions: Vec<u32>) -> Guide {
         let count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Guide { regions, tallies: vec![[BinTally::default(); BINS]; count], densities: vec![None; count] }
     }
 
-    /// The density of first directions from an entry; `None` where they are even.
+    /// The density of first directions from an entry; `None` if the directions are even.
     #[inline]
     pub fn density_at(&self, entry: usize) -> Option<&Density> {
         self.densities.get(*self.regions.get(entry)? as usize)?.as_ref()
     }
 
-    /// Counts what a sample from an entry has brought by way of a bin, in lx, its weight left out.
+    /// Counts the light in lx that a sample from an entry brought through a bin, without the sample's weight.
     #[inline]
     fn add(&mut self, entry: usize, bin: usize, lx: f64) {
         let Some(region) = self.regions.get(entry) else {
@@ -75,7 +73,7 @@ impl Guide {
         tally.squares += lx * lx;
     }
 
-    /// The same with its weight, of a sample drawn by the densities that there are now.
+    /// Counts a sample that was drawn by the present densities, from its weighted light in lx.
     #[inline]
     pub fn add_weighted(&mut self, entry: usize, bin: usize, lx: f64) {
         let weight = self.density_at(entry).map_or(1.0, |density| density.weight(bin));
@@ -90,7 +88,7 @@ impl Guide {
     }
 }
 
-/// The density that makes the variance of walks through these bins least, if it makes it less by enough.
+/// The density of least variance for walks through these bins, if the reduction is large enough.
 fn learned(bins: &[BinTally; BINS]) -> Option<Density> {
     let count: f64 = bins.iter().map(|bin| bin.count).sum();
     if count < SAMPLES_OF_A_BIN * BINS as f64 {
@@ -116,7 +114,7 @@ mod tests {
     use crate::sampling::guide::bin_of;
     use crate::sampling::random::{Purpose, Stream};
 
-    /// A small bright place before a dim ground: a tenth of a bin brings more than all else.
+    /// A small bright source in front of a dim background: a tenth of a bin brings more than all the rest.
     fn arriving_lx([u, v]: [f64; 2]) -> f64 {
         if (0.50..0.54).contains(&u) && (0.25..0.29).contains(&v) { 1000.0 } else { 1.0 }
     }
@@ -124,8 +122,8 @@ mod tests {
 
     #[test]
     fn guided_walks_keep_the_mean_and_lose_most_of_the_variance() {
-        // One region of 8 points, 1,024 walks of each to learn from and 32,768 more, seed 5: the mean within 4.5 standard errors
-        // (α = 7e-6) by at most a quarter of the even variance. Left without their weights (the planted fault), it is not.
+        // One region of 8 points, 1,024 walks of each to learn from and 32,768 more, seed 5. The mean is within 4.5 standard errors (α =
+        // 7e-6), with at most a quarter of the even variance. Planted fault: without the weights it is not.
         let mut guide = Guide::new(vec![0; 8]);
         let mut stream = Stream::new(5, Purpose::Walks, 0, 0);
         assert!(guide.density_at(3).is_none());

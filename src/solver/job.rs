@@ -1,4 +1,4 @@
-//! One map's work: what a sample is, and how sixteen replicas of it go forward together.
+//! The work on one map: what a sample is, and how its sixteen replicas go forward together.
 
 mod connecting;
 mod counting;
@@ -40,63 +40,63 @@ use crate::estimators::control_variate::ControlVariates;
 use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, judge};
 use crate::scene::Elements;
 
-/// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
+/// Numerator of the 95 % confidence bound: if none of N packets went somewhere, less than 3/N of the flux goes there.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
-/// A map that is dark after this many chains, or gathering rays, over the target error, is left dark.
+/// A map that is still dark after this many chains, or gathering rays, divided by the target error is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
-/// Chains of a replica that tell where flux goes, where elements count none.
+/// Chains per replica that show where the flux goes, for elements that count no chains.
 const CHAINS_OF_BALANCE: u64 = 256;
 
-/// Chains of a replica at which local estimation is judged for the first time.
+/// Chains per replica at which local estimation is judged for the first time.
 const FIRST_LOCAL_CHAINS: u64 = 64;
 
-/// Relative errors below this one are the rounding of sums, not chance.
+/// Relative errors below this value are rounding of sums, not random error.
 const ROUNDING: f64 = 1e-12;
 
-/// One map in the making.
+/// One map in progress.
 #[derive(Serialize, Deserialize)]
 pub struct Job {
     /// `elements` or the receiver set's name.
     pub name: String,
-    /// Elements, or which receiver set.
+    /// The element map, or the number of the receiver set.
     pub kind: MapKind,
     /// The elements of an element map; none for receivers.
     pub elements: Elements,
-    /// Of elements that adapt, and of others from which walks or rays start.
+    /// State of elements that adapt, and of other elements from which walks or rays start.
     pub adapting: AdaptingState,
-    /// Sums of direct and indirect scores of every entry in every replica.
+    /// Sums of direct and indirect scores, for every entry and replica.
     pub map: ReplicaMap,
-    /// Area or weight of every entry of the map; 0 leaves it out of errors.
+    /// Area or weight of every entry of the map. A weight of 0 excludes the entry from errors.
     pub weights: Vec<f64>,
-    /// Whether the target binds it.
+    /// Whether the map must meet the target.
     pub bound: bool,
     /// Whether the stop rule accepted it.
     pub met: bool,
-    /// Samples done in every replica: chains for elements, passes of walks for receivers; passes over direct light in a black scene.
+    /// Samples done in every replica: chains for elements, passes of walks for receivers, passes over direct light in a black scene.
     pub samples: u64,
-    /// Samples at which it is judged next.
+    /// Number of samples at which the map is judged next.
     pub next_judgement: u64,
     /// Rays and seconds so far.
     pub work: WorkDone,
-    /// Ends of its packets (elements only), replica by replica.
+    /// Ends of its packets for each replica (elements only).
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
-    /// What looks at the error of its present samples have found.
+    /// Findings of the looks (error checks) at its present samples.
     pub looks: Looks,
-    /// What estimates its indirect light.
+    /// Estimator of its indirect light.
     pub engine: Engine,
-    /// Why this engine, in words for the summary.
+    /// Reason for this engine, in words for the summary.
     pub method_reason: String,
-    /// Variance of its direct light in a replica in lx², by the latest look.
+    /// Variance of its direct light in one replica in lx², from the latest look.
     pub direct_variance: f64,
-    /// What samples cost by the pilots, and how direct light shares in the work.
+    /// Cost of a sample as measured by the pilots, and how direct and indirect light share the work.
     costs: Costs,
     share: DirectShare,
-    /// Control variates of direct light at its points.
+    /// Control variates of direct light at the map's points.
     expectations: ControlVariates,
-    /// What each way of estimating indirect light needs.
+    /// State that each estimator of indirect light needs.
     walking: WalkingState,
     gathering: GatheringState,
     pub connecting: ConnectingState,
@@ -104,7 +104,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// A job for the element map. Where its elements adapt they are those given until they are cut ([`Job::cut_on`]).
+    /// Creates a job for the element map. If its elements adapt, it starts with the given elements until they are cut ([`Job::cut_on`]).
     pub fn elements(context: &Context, bound: bool) -> Job {
         let given = context.stage.elements.clone();
         let adapt_to = context.adapt_to.filter(|_| bound && !given.is_empty());
@@ -117,7 +117,7 @@ impl Job {
         job
     }
 
-    /// A job for a receiver set.
+    /// Creates a job for a receiver set.
     pub fn receivers(context: &Context, set: usize, bound: bool) -> Job {
         let (map, weights) = receiver_map(context, set);
         Job::new(context, MapKind::Receivers(set), Elements::default(), None, map, weights, bound)
@@ -132,7 +132,7 @@ impl Job {
         weights: Vec<f64>,
         bound: bool,
     ) -> Job {
-        // Where elements show slopes, these have chance of their own.
+        // Where elements show slopes, the slopes have a random error of their own.
         let numbers = numbers_per_site(&weights, map.len());
         let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(context.scene, kind, context.method);
@@ -168,7 +168,7 @@ impl Job {
         job
     }
 
-    /// A job for a map without any sample, pilot or plan.
+    /// Creates a job for a map without samples, pilot or plan.
     fn bare(
         context: &Context,
         kind: MapKind,
@@ -205,12 +205,12 @@ impl Job {
         }
     }
 
-    /// All rays so far, those of pilots too.
+    /// All rays so far, including those of pilots.
     pub fn all_rays(&self) -> u64 {
         self.work.rays + self.work.pilot_rays
     }
 
-    /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
+    /// Chains that the samples so far stand for, over all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
         let per_sample = match self.engine {
             Engine::Collision => 1,
@@ -221,7 +221,7 @@ impl Job {
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
     }
 
-    /// Samples a replica that fill at least `chains` chains.
+    /// Samples per replica that need at least `chains` chains in all.
     pub fn samples_for(&self, chains: u64) -> u64 {
         let per_sample = match self.engine {
             Engine::Collision => REPLICAS as u64,
@@ -242,23 +242,23 @@ impl Job {
         }
     }
 
-    /// Chains of a round of local estimation.
+    /// Chains in one round of local estimation.
     fn chains_per_round(&self) -> u64 {
         self.connecting.plan.as_ref().map_or(1, |plan| plan.chains_per_round)
     }
 
-    /// Rays that one sample of all replicas takes, as the pilot counted them.
+    /// Rays for one sample in all replicas, as counted by the pilot.
     pub fn rays_per_sample(&self) -> f64 {
         let direct = self.share.rays_per_pass * if self.black { 1.0 } else { self.share.passes_per_sample };
         (direct + self.share.rays_per_indirect).max(1.0) * REPLICAS as f64
     }
 
-    /// Rays of the chains of so many samples of a counted map.
+    /// Rays of the chains for `samples` samples of a counted map.
     pub fn rays_of_chains(&self, samples: u64) -> f64 {
         samples as f64 * self.share.rays_per_indirect * REPLICAS as f64
     }
 
-    /// Rays that it still takes to a number of samples, by what the pilot counted.
+    /// Rays still needed to reach a number of samples, as counted by the pilot.
     pub fn rays_to(&self, samples: u64) -> f64 {
         if let Some(rays) = self.rays_left_to_gather() {
             return rays;
@@ -269,17 +269,17 @@ impl Job {
         (direct + samples as f64 * self.share.rays_per_indirect) * REPLICAS as f64
     }
 
-    /// Whether every entry has direct and, where light bounces, indirect samples.
+    /// Whether every entry has direct samples and, if light is reflected, indirect samples.
     pub fn has_started(&self) -> bool {
         self.map.direct_samples.complete > 0 && (self.black || self.gathered().indirect_samples.complete > 0)
     }
 
-    /// Whether the error will never be anything but 0.
+    /// Whether the error is 0 and stays 0.
     pub fn is_exact(&self) -> bool {
         self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error < ROUNDING
     }
 
-    /// Nothing of it ever bounces: the scene is black.
+    /// Whether nothing reflects light: the scene is black.
     pub fn is_black(&self) -> bool {
         self.black
     }
@@ -294,12 +294,10 @@ impl Job {
         ((samples as f64 * self.share.passes_per_sample).ceil() as u64).max(1)
     }
 
-    /// Goes forward towards a number of samples in every replica, by one slice of work; whether it is there.
-    ///
-    /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
-    /// end the run in the middle of it.
-    ///
-    /// `sets` are the cells that gathering rays look up; there are none where nothing gathers.
+    /// Goes forward by one slice of work towards a number of samples in every replica. Returns whether that number is reached.
+    /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can end the run during the
+    /// sweep.
+    /// `sets` are the cells that gathering rays look up. It is `None` if no map gathers.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.work.rays, Instant::now());
         context.pace.turn_to(&self.work.slices, activity);
@@ -310,17 +308,17 @@ impl Job {
         arrived
     }
 
-    /// Rays of its next slice of work towards a goal, about.
+    /// Rays of the next slice of work towards a goal, approximately.
     pub fn rays_of_next_slice(&self, context: &Context, goal: u64) -> f64 {
         context.pace.rays_of_next(&self.work.slices, self.next_activity(goal))
     }
 
-    /// Rays a second of such work as is next towards a goal, if any of it was done.
+    /// Rays per second for the kind of work that is next towards a goal, if any of it has been done.
     pub fn rays_per_s_of_next(&self, goal: u64) -> Option<f64> {
         self.work.spending.seconds_per_ray(&[self.next_activity(goal)], 1).map(f64::recip)
     }
 
-    /// What the next slice is about.
+    /// Kind of work in the next slice.
     fn next_activity(&self, goal: u64) -> Activity {
         if self.map.direct_samples.complete < self.passes_at(goal) {
             return Activity::Direct;
@@ -328,7 +326,7 @@ impl Job {
         self.engine.activity().unwrap_or_else(|| self.next_of_gathering())
     }
 
-    /// Whether the map has come to the goal by it.
+    /// Does one slice of work. Returns whether the map has reached the goal with it.
     fn do_a_slice(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
         if self.map.direct_samples.complete < passes {
@@ -346,9 +344,9 @@ impl Job {
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    /// A part of a pass over direct light, or some passes, towards so many.
+    /// Does a part of a pass over direct light, or several passes, towards `passes`.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
-        // The first pass makes the control variate of every point, too.
+        // The first pass also makes the control variate of every point.
         let survey_rays = if self.map.direct_samples.complete == 0 { self.expectations.survey_rays } else { 0.0 };
         let rays = self.share.rays_per_pass + survey_rays * self.map.len() as f64 / REPLICAS as f64;
         let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
@@ -367,7 +365,7 @@ impl Job {
         self.map.direct_samples = after_sweep(entries, times, self.map.len());
     }
 
-    /// Chains, rounds or walks of one slice towards so many samples.
+    /// Does one slice of chains, rounds or walks towards `goal` samples.
     fn advance_indirect(&mut self, context: &Context, goal: u64) {
         let done = self.map.indirect_samples.complete;
         let rays_per_sample = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
@@ -389,7 +387,7 @@ impl Job {
         }
     }
 
-    /// Judges the error as it stands.
+    /// Judges the present error.
     pub fn judge(&mut self, context: &Context) {
         self.looks.judged_samples = self.samples;
         self.direct_variance = self.map.direct_variance(&self.weights);
@@ -402,14 +400,14 @@ impl Job {
         }
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gather {
-            // Cells know more at every look: its samples are not those of the look before and some more.
+            // Cells improve from look to look, so the samples of this look are not those of the look before plus some more.
             self.looks.history.clear();
         }
         self.forecast_from(self.judgement);
         self.note_judgement();
     }
 
-    /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
+    /// Ratio of the flux of all luminaires to the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
     fn flux_over_map(&self, context: &Context) -> f64 {
         if self.kind != MapKind::Elements && self.engine != Engine::Collision {
             return 1.0;
@@ -418,7 +416,7 @@ impl Job {
         context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
     }
 
-    /// Whether it is dark after so many chains that it no longer holds up a run.
+    /// Whether the map is dark after enough chains that it no longer delays the end of the run.
     pub fn stays_dark(&self, target_error: f64) -> bool {
         let looked = match self.engine {
             Engine::Gather => self.samples * self.gathered().len() as u64 * REPLICAS as u64,
@@ -431,7 +429,7 @@ impl Job {
 }
 
 impl Job {
-    /// Starts a new history: the map begins anew.
+    /// Starts a new history, because the map starts anew.
     fn forget_looks(&mut self) {
         self.looks.history.clear();
         self.looks.held_since = None;
@@ -439,7 +437,7 @@ impl Job {
     }
 }
 
-/// The part of a sweep that one slice does: entries, and how many times over.
+/// The part of a sweep that one slice does: a range of entries, and a range of passes over them.
 fn slice_of_sweep(
     context: &Context,
     tally: Tally,

@@ -1,8 +1,7 @@
-//! Local estimation of receiver sets: rounds of chains that serve all receivers of a set, and of walks for what the
-//! bounded kernel leaves out.
-//!
-//! A round is B chains, whose vertices score at every receiver, and W walks from every receiver. B to W, the bound that
-//! follows from it and the thinning of connections are chosen from a pilot by counted rays.
+//! Local estimation of receiver sets: rounds of chains that serve all receivers of a set, and of walks for what the bounded kernel leaves
+//! out.
+//! A round is B chains, whose vertices score at every receiver, and W walks from every receiver. A pilot chooses B to W, the bound that
+//! follows from it, and the thinning of connections, by counted rays.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
@@ -23,35 +22,36 @@ use crate::sampling::random::{Purpose, Stream};
 
 mod plan;
 
-/// Bits of a stream's index that count walks; the bits above them tell the entry.
+/// Bits of a stream's index that count walks. The bits above them give the entry.
 const WALK_BITS: u32 = 40;
 
-/// Marks the indices of the numbers by which a chain's scores are thinned.
+/// Marks the indices of the random numbers that thin a chain's scores.
 const THINNING: u64 = 1 << 63;
 
 /// Rays of a task between two looks at the clock.
 const RAYS_BETWEEN_LOOKS: u64 = 10_000;
 
-/// What a set's rounds are made of.
+/// Parameters of a set's rounds.
 #[derive(Serialize, Deserialize)]
 pub struct LocalPlan {
-    /// Where vertices score.
+    /// Points at which vertices score.
     anchors: Anchors,
     connecting: Connecting,
     /// Chains of a round.
     pub chains_per_round: u64,
     /// Walks of a round from every entry.
     walks_per_round: u64,
-    /// Rays of a round in one replica, as the pilot counted them.
+    /// Rays of a round in one replica, as counted by the pilot.
     pub rays_per_round: f64,
     /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
-    /// Variance of independent chains over that of the run's, which start from quasi-random points, about.
+    /// Approximate ratio of the variance of independent chains to that of the run's chains, which start from quasi-random points.
     pub quasi_gain: f64,
-    /// By how much the error that a run is expected to have must lie under a target: all entries of a map share the few degrees of
-    /// freedom that its chains leave it.
+    /// Factor by which the expected error of a run must be below the target: all entries of a map share the few degrees of freedom of its
+    /// chains.
     pub margin: f64,
-    /// What the pilot's chains bring, were nothing in the way, over what walks say that they do.
+    /// Ratio of the light from the pilot's chains to what walks find for the same light. Connections count as unobstructed unless the pilot
+    /// traces them.
     pub found: f64,
     /// Chains of the pilot.
     pub pilot_chains: usize,
@@ -63,23 +63,23 @@ pub struct LocalPlan {
     quasi: bool,
 }
 
-/// Which kernel connects vertices and receivers.
+/// The kernel that connects vertices and receivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kernel {
-    /// Bounded, its rest by walks: finite variance everywhere.
+    /// Bounded, with the rest estimated by walks: finite variance everywhere.
     Bounded,
-    /// As it stands, 1/d² and all; paths by lobes and mirrors are missing.
+    /// Unbounded, with the full 1/d²; paths by lobes and mirrors are missing.
     Naive,
 }
 
 impl LocalPlan {
-    /// Plans the rounds of a receiver set, by a pilot whose samples enter no result: the larger, the more work is at stake. It takes all
-    /// connections to be free.
+    /// Plans the rounds of a receiver set with a pilot, whose samples enter no result. The pilot is larger if more work is at stake
+    /// (`at_stake`). It assumes that all connections are unobstructed.
     pub fn of(context: &Context, set: usize, kernel: Kernel, at_stake: f64) -> LocalPlan {
         plan::plan(context, set, kernel, LocalPlan::anchors(context, set), at_stake, false)
     }
 
-    /// The same by a pilot that traces its connections, and so knows what stands in the way.
+    /// Plans the rounds with a pilot that traces its connections, and so includes obstructions.
     pub fn by_tracing(context: &Context, set: usize, at_stake: f64) -> LocalPlan {
         plan::plan(context, set, Kernel::Bounded, LocalPlan::anchors(context, set), at_stake, true)
     }
@@ -88,7 +88,7 @@ impl LocalPlan {
         Anchors::of(context.stage, &context.scene.receivers[set], context.seed, MapKind::Receivers(set).number())
     }
 
-    /// What a round costs an entry and how it scatters; the weights are those of the entries.
+    /// Cost of a round per entry, and its scatter. `weights` are those of the entries.
     pub fn cost(&self, weights: &[f64]) -> PartCost {
         let entries = weights.len().max(1) as f64;
         let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
@@ -102,14 +102,14 @@ impl LocalPlan {
         }
     }
 
-    /// Weighted variance of a single chain over the square of the mean of indirect light, about.
+    /// Weighted variance of a single chain relative to the squared mean of indirect light, approximately.
     pub fn scatter(&self, weights: &[f64]) -> f64 {
         self.cost(weights).variance * self.chains_per_round as f64
             / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
     }
 
-    /// Does some rounds in every replica; returns the rays traced. A single round, which in a nearly white room takes long, is
-    /// given up where the run should have ended long ago: `None`, and the map is as it was.
+    /// Does some rounds in every replica and returns the rays traced. A single round takes long in a nearly white room. It is given up if
+    /// the run should have ended long ago: then the result is `None`, and the map is unchanged.
     pub fn rounds(
         &self,
         context: &Context,
@@ -155,7 +155,8 @@ impl LocalPlan {
             }
             rays += if self.quasi {
                 let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
-                // What is left of the last branch's point tells, by shifted digits, where vertices of the others lie.
+                // The unused coordinates of the last branch's point are related, by shifted digits, to the vertices of the other branches.
+                // So thinning uses its own random numbers.
                 stream.seek(THINNING | chain);
                 rays
             } else {
@@ -172,8 +173,8 @@ impl LocalPlan {
         rays
     }
 
-    /// Walks of some rounds. An entry of less than one walk a round gets one every few rounds; in which of them its
-    /// first falls is drawn, so that the mean is right after any number of rounds.
+    /// Does the walks of some rounds. An entry with less than one walk per round gets one every few rounds. The round of its first walk is
+    /// random, so that the mean is right after any number of rounds.
     fn walks(&self, patience: &RoundPatience, set: usize, rounds: std::ops::Range<u64>, task: &mut RoundsTask) -> u64 {
         let context = patience.context;
         let receivers = &context.scene.receivers[set];
@@ -206,12 +207,12 @@ struct RoundPatience<'a> {
     context: &'a Context<'a>,
     /// Whether the round may be given up.
     may_end: bool,
-    /// Whether it was.
+    /// Whether it was given up.
     given_up: AtomicBool,
 }
 
 impl RoundPatience<'_> {
-    /// Whether the round is given up; looks at the clock every so many rays of a task.
+    /// Whether the round is given up. It reads the clock every `RAYS_BETWEEN_LOOKS` rays of a task.
     fn is_at_an_end(&self, rays: u64, asked_at: &mut u64) -> bool {
         if self.may_end && rays > *asked_at + RAYS_BETWEEN_LOOKS {
             *asked_at = rays;
@@ -238,21 +239,21 @@ impl RoundsTask<'_> {
     }
 }
 
-/// A variate that chooses the emitter. Where there is one alone none is drawn: the first coordinates of a quasi-random
-/// point, which are spread best, are then those of the direction.
+/// A variate that chooses the emitter. If there is only one emitter, no variate is drawn: the first coordinates of a quasi-random point,
+/// which are spread best, then give the direction.
 fn choice_of_emitter(stage: &Stage, stream: &mut Stream) -> f64 {
     if stage.emitters.list().len() == 1 { 0.0 } else { stream.fine_unit() }
 }
 
-/// Traces a chain from quasi-random points and lists its vertices; returns the rays.
-///
-/// Its branches go on from one point by shifted digits: those of one chain are spread evenly, and each kind over all chains.
+/// Traces a chain from quasi-random points and lists its vertices. Returns the rays.
+/// Its branches continue from one point by shifted digits. The branches of one chain are spread evenly, and each branch number is spread
+/// evenly over all chains.
 fn trace(anchors: &Anchors, stage: &Stage, chain: u64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
     let first_index = chain * (u64::from(BRANCHES) + 1);
     stream.seek_quasi(first_index, 0, chain);
     let choice = choice_of_emitter(stage, stream);
     vertices.clear();
-    // The first arrival is that of the whole chain.
+    // The first arrival is shared by all branches.
     let mut share = 1.0;
     stage.trace_branches(choice, stream, BRANCHES, first_index + 1, |arrival| {
         vertices.extend(anchors.vertex(stage, arrival, share));
@@ -260,7 +261,7 @@ fn trace(anchors: &Anchors, stage: &Stage, chain: u64, stream: &mut Stream, vert
     })
 }
 
-/// The same from random numbers, without branches.
+/// Traces a chain from random numbers, without branches, and lists its vertices. Returns the rays.
 fn trace_plain(
     anchors: &Anchors,
     stage: &Stage,
@@ -296,9 +297,9 @@ mod tests {
         Context { method: Method::Local, ..Context::of_a_test(scene, stage, seed) }
     }
 
-    /// A table hides most of a floor from the lamp's spot. What a pilot that traces its connections finds is what walks find: over seeds
-    /// 0 to 63 the mean of its logarithm, since pilots differ by factors, within 4 standard errors (α = 6e-5) and a fifth. One that takes
-    /// all connections to be free (the planted fault) finds more.
+    /// A table hides most of a floor from the lamp's spot. A pilot that traces its connections finds as much light as walks. The test takes
+    /// the mean of the logarithm of the ratio over seeds 0 to 63, since pilots differ by factors: within 4 standard errors (α = 6e-5) and a
+    /// fifth. Planted fault: a pilot that assumes unobstructed connections finds more.
     #[test]
     fn a_pilot_that_traces_knows_what_stands_in_the_way() {
         const SEEDS: u64 = 64;
@@ -316,9 +317,9 @@ mod tests {
         assert!(free > (4.0 * error).max(0.2), "the fault passed: {free} ± {error}");
     }
 
-    /// Indices on both sides of 2³² chains and of 2³² walks: rounds done in one go are the same bytes as rounds done one by
-    /// one, none is done twice, and the means are those of the first rounds. 16 replicas of 512 rounds; the mean of five
-    /// receivers within 4.5 standard errors of the difference, and 2% more light (the planted fault) outside of it.
+    /// Indices on both sides of 2³² chains and of 2³² walks. Rounds done in one call give the same sums as rounds done one by one. No round
+    /// is done twice, and the means equal those of the first rounds. 16 replicas of 512 rounds; the mean of five receivers is within 4.5
+    /// standard errors of the difference. Planted fault: 2% more light is outside of it.
     #[test]
     #[allow(clippy::single_range_in_vec_init)]
     fn rounds_past_two_to_the_32nd_are_as_good_as_the_first() {

@@ -1,11 +1,10 @@
-//! Shares of a run made one, and parts of its receivers: sums are added replica by replica, so that everything that is told of a run is
-//! told of them alike.
-//!
-//! Replica r of the merged map is the mean of replica r of all shares, weighed by samples. The replicas stay independent of each other,
-//! even and odd stay apart, and their spread is the chance of the whole: a run of as many samples would have come to the same.
-//!
-//! Parts of the receivers stand beside each other: each entry has the replicas of its part, brought to the number of samples that parts
-//! have in the mean, and the map is judged as a whole.
+//! Merges shares of a run, and parts of its receivers, into one result. Sums are added replica by replica, so that merged results report
+//! everything that a single run does.
+//! Replica r of the merged map is the mean of replica r of all shares, weighted by samples. The replicas stay independent of each other,
+//! and even and odd ones stay separate. Their spread is the random error of the whole: a run with as many samples would have the same
+//! error.
+//! Parts of the receivers stand side by side. Each entry has the replicas of its part, scaled to the mean number of samples of the parts.
+//! The map is judged as a whole.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -23,7 +22,7 @@ use crate::control::{EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, deviation_of_wor
 use crate::maps::{CellsError, MapKind, MeasuredPart};
 use crate::scene::{ReceiversPart, Scene};
 
-/// What came of a merge.
+/// The result of a merge.
 #[derive(Clone, Debug)]
 pub struct Merged {
     /// The result, as of one run.
@@ -32,25 +31,22 @@ pub struct Merged {
     pub more: Option<MoreShares>,
 }
 
-/// Shares that are still to join.
+/// Shares that must still join.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MoreShares {
     /// None: the target is met.
     None,
-    /// About so many of the same size.
+    /// About this many of the same size.
     About(Forecast),
-    /// No number of them: what is not chance is above the target, or no light has been found.
+    /// No number of shares is enough: the error that is not random is above the target, or no light has been found.
     NoNumber,
 }
 
-/// Merges shares of one run, in the order of their numbers, each with all its parts of the receivers in theirs; `load` gives the sums of one
-/// of them.
-///
-/// All must have the same maps with as many entries as the scene has, or as many as their part of it has.
-///
+/// Merges shares of one run, in the order of their numbers. The parts of the receivers of each share are also in order. `load` gives the
+/// sums of one record.
+/// All must have the same maps with as many entries as the scene has, or as their part of it has.
 /// # Errors
-///
-/// What `load` says.
+/// Errors of `load`.
 pub fn merge<E>(
     scene: &Scene,
     settings: &Settings,
@@ -116,7 +112,7 @@ pub fn merge<E>(
     Ok(Merged { solution, more })
 }
 
-/// The maps that shares have: elements first, then receivers in file order.
+/// The maps of the shares: elements first, then receivers in file order.
 fn maps_of(shares: &[ShareRecord]) -> Vec<MapKind> {
     let mut kinds: Vec<MapKind> = shares.iter().flat_map(|share| &share.maps).map(|map| map.kind).collect();
     kinds.sort_by_key(|kind| match kind {
@@ -127,14 +123,14 @@ fn maps_of(shares: &[ShareRecord]) -> Vec<MapKind> {
     kinds
 }
 
-/// Which records make a whole share each: a share's parts of the receivers follow each other.
+/// Ranges of records that make one whole share each: a share's parts of the receivers follow each other.
 fn whole_shares(shares: &[ShareRecord]) -> Vec<Range<usize>> {
     let starts: Vec<usize> = (0..shares.len()).filter(|index| shares[*index].part.number == 1).collect();
     let ends = starts.iter().skip(1).copied().chain([shares.len()]);
     starts.iter().copied().zip(ends).map(|(start, end)| start..end).collect()
 }
 
-/// What the shares so far have taken.
+/// Work of the shares so far.
 #[derive(Default)]
 struct Done {
     chains: u64,
@@ -150,18 +146,18 @@ impl Done {
     }
 }
 
-/// One map in the making.
+/// One map in progress.
 struct MergedMap {
     job: Job,
-    /// Whether all shares sampled it in one way, so that samples are their weight; else rays are.
+    /// Whether all shares sampled it in the same way. Then samples are their weight, otherwise rays.
     is_alike: bool,
     chains: u64,
     /// Names of the estimators, each once.
     methods: Vec<String>,
-    /// Flux of all luminaires, by which counts of packets are told in lx.
+    /// Flux of all luminaires, which converts counts of packets to lx.
     luminous_flux_lm: f64,
     cells: CellsOfShares,
-    /// Weights of direct and of indirect light of the share at hand, all its parts alike.
+    /// Weights of direct and of indirect light of the present share, the same for all its parts.
     weights: [u64; 2],
 }
 
@@ -192,7 +188,7 @@ impl MergedMap {
         self.methods.join(", ")
     }
 
-    /// Begins with a share, of which these are the parts: it weighs as much as they have samples in the mean.
+    /// Begins with a share that has these parts. Its weight is the mean number of their samples.
     fn begin(&mut self, parts: &[ShareRecord]) {
         let maps: Vec<&MapOfShare> = parts.iter().filter_map(|part| part.map(self.job.kind)).collect();
         let mean = |of: fn(&MapOfShare) -> u64| {
@@ -213,7 +209,7 @@ impl MergedMap {
             true => self.luminous_flux_lm / self.job.weights[places.of(entry)].max(f64::MIN_POSITIVE),
             false => 1.0,
         };
-        // A sweep that a limit ended in its middle leaves some entries one sample more: their means count like the others.
+        // A sweep that a limit ended midway leaves some entries with one sample more. Their means count like the others.
         let of_direct: Vec<f64> =
             (0..share.entries).map(|entry| direct / share.direct_samples.of(entry).max(1) as f64).collect();
         let of_indirect: Vec<f64> = (0..share.entries)
@@ -223,7 +219,7 @@ impl MergedMap {
         add_slabs(&mut map.direct, &sums.direct, &of_direct, places);
         add_slabs(&mut map.indirect, &sums.indirect, &of_indirect, places);
         if self.is_alike {
-            // Deviations are held against the samples of the whole.
+            // Deviations are compared with the samples of the whole.
             let samples = [share.direct_samples, share.indirect_samples].map(|tally| tally.complete.max(1) as f64);
             let factors = [direct / samples[0], indirect / samples[1]];
             for ((all, scores), factor) in map.scores.iter_mut().zip(&share.scores).zip(factors) {
@@ -245,7 +241,7 @@ impl MergedMap {
         self.chains += share.chains;
     }
 
-    /// Ends with a share, of which all parts are there.
+    /// Ends with a share after all its parts have been added.
     fn end(&mut self) {
         let map = &mut self.job.map;
         map.direct_samples.complete += self.weights[0];
@@ -255,14 +251,14 @@ impl MergedMap {
         }
     }
 
-    /// Where the entries of a part are.
+    /// Positions of the entries of a part.
     fn places(&self, part: ReceiversPart, entries: usize) -> PlacesOfPart {
         let is_whole = entries == self.job.map.len();
         PlacesOfPart(if is_whole { ReceiversPart::WHOLE } else { part })
     }
 }
 
-/// Where the entries of a part are in a map of all of them.
+/// Positions of the entries of a part in a map of all of them.
 #[derive(Clone, Copy)]
 struct PlacesOfPart(ReceiversPart);
 
@@ -280,11 +276,11 @@ fn add_slabs(all: &mut [Vec<f64>], slabs: &[Vec<f64>], factors: &[f64], places: 
     }
 }
 
-/// What walks in shares say of their cells, each of which has cells of its own.
+/// Findings of walks in shares on their cells. Each share has cells of its own.
 struct CellsOfShares {
-    /// Every share, or part of one, and what its walks say.
+    /// Every share, or part of one, and the findings of its walks.
     measured: Vec<MeasuredPart>,
-    /// At every element or point, weighted sums of how unsure cells are, and of the weights.
+    /// At every element or point, weighted sums of the uncertainty of cells, and of the weights.
     profile: Vec<f64>,
     weights: Vec<f64>,
 }
@@ -298,12 +294,12 @@ impl CellsOfShares {
         }
     }
 
-    /// What is left of the cells' error; entries weigh as much in the map.
+    /// The remaining error of the cells. `areas` are the weights of the entries in the map.
     fn error(&self, areas: &[f64]) -> CellsError {
         let all: f64 = areas.iter().sum();
         let of_gathering: f64 =
             areas.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(area, _)| area).sum();
-        // Where some parts gather and others do not, those that do have all the error.
+        // If some parts gather and others do not, those that do have all the error.
         let spread = if of_gathering > 0.0 { (all / of_gathering).sqrt() } else { 1.0 };
         let unsure = |(sum, weight): (&f64, &f64)| spread * sum / weight.max(f64::MIN_POSITIVE);
         let profile: Vec<f64> = self.profile.iter().zip(&self.weights).map(unsure).collect();
@@ -311,13 +307,13 @@ impl CellsOfShares {
     }
 }
 
-/// How the merged maps stand after some of the shares; seconds are those of all of them, one after another.
+/// The state of the merged maps after some of the shares. Seconds are those of all of them, one after another.
 fn row(maps: &[MergedMap], target_error: Option<f64>, done: &Done) -> ConvergenceRow {
     let bound = || maps.iter().filter(|map| map.job.bound);
     let errors = bound().map(|map| ErrorParts::of(&map.job.judgement));
     let worst = errors.max_by(|one, other| one.estimated.total_cmp(&other.estimated)).unwrap_or_default();
     let times = target_error.map_or(1.0, |target| times_of_all(maps, target).0.max(1.0));
-    // Where no amount of work is enough, the present is repeated.
+    // If no amount of work is enough, the forecast repeats the present state.
     let times = if times.is_finite() { times } else { 1.0 };
     ConvergenceRow {
         wall_s: done.compute_s,
@@ -330,7 +326,7 @@ fn row(maps: &[MergedMap], target_error: Option<f64>, done: &Done) -> Convergenc
     }
 }
 
-/// How many times the work of all shares so far the target takes, and the standard deviation of that number's logarithm.
+/// Ratio of the work to the target to the work of all shares so far, and the standard deviation of its logarithm.
 fn times_of_all(maps: &[MergedMap], target: f64) -> (f64, f64) {
     let open =
         maps.iter().filter(|map| map.job.bound && !map.job.is_exact() && map.job.weights.iter().any(|w| *w > 0.0));
@@ -350,13 +346,13 @@ fn times_of_all(maps: &[MergedMap], target: f64) -> (f64, f64) {
     times.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((0.0, 0.0))
 }
 
-/// Shares that are still to join so many: chance falls as the root of their number, what halves have in common does not.
+/// Shares that must still join `shares` shares. Random error falls as the root of their number; the error that halves share does not.
 fn needed_of_all(maps: &[MergedMap], target: f64, shares: usize) -> MoreShares {
     let (times, deviation_ln) = times_of_all(maps, target);
     if !times.is_finite() {
         return MoreShares::NoNumber;
     }
-    // Where a check or luck alone holds the target up, one more shows what it is worth.
+    // If only a check or luck delays acceptance, one more share is requested.
     let count = shares as f64;
     let all = Forecast::spread(times.max(f64::MIN_POSITIVE) * count, deviation_ln);
     let more = |all: f64| (all.ceil() - count).max(1.0);

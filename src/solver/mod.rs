@@ -1,4 +1,5 @@
-//! The run: every map is a job whose 16 replicas go forward in slices over threads, merged in order, until the stop rule or a limit ends it.
+//! The run. Every map is a job. Its 16 replicas go forward in slices over threads and are merged in order, until the stop rule or a limit
+//! ends the run.
 
 mod adapt;
 mod allotment;

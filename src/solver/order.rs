@@ -1,10 +1,10 @@
-//! In which order the entries of a map send rays and walks.
+//! The order in which the entries of a map send rays and walks.
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// The order in which the entries of a map ask: scattered, so that the first ones come from all over the map.
+/// The order in which the entries of a map send rays: scattered, so that the first ones come from all over the map.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Order {
     sites: usize,
@@ -12,7 +12,7 @@ pub struct Order {
 }
 
 impl Order {
-    /// Of so many entries.
+    /// The order of `sites` entries.
     pub fn of(sites: usize) -> Order {
         // The golden section scatters best; the stride must share no divisor with the number of entries.
         let divides = |mut a: usize, mut b: usize| {
@@ -33,7 +33,7 @@ impl Order {
         self.sites
     }
 
-    /// The entry at a place of a pass.
+    /// The entry at a position of a pass.
     #[inline]
     pub fn entry(self, place: u64) -> usize {
         ((u128::from(place) * self.stride as u128) % self.sites as u128) as usize
@@ -51,7 +51,7 @@ impl Order {
     }
 }
 
-/// Passes over some places of the order.
+/// Passes over some positions of the order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Stretch {
     places: Range<u64>,
@@ -64,31 +64,31 @@ impl Stretch {
     }
 }
 
-/// The walks of a map: of the first entries in the order only, at first, and later perhaps of all.
+/// The walks of a map: at first only from the first entries in the order, later possibly from all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WalkOrder {
     order: Order,
-    /// One after another.
+    /// The stretches, one after another.
     stretches: Vec<Stretch>,
     /// Walks so far.
     pub done: u64,
-    /// Entries that are to walk.
+    /// Entries that must walk.
     pub walkers: u64,
 }
 
 impl WalkOrder {
-    /// No walks yet, and then of so many entries at first.
+    /// Creates an order without walks, with `walkers` entries that walk at first.
     pub fn new(order: Order, walkers: usize) -> WalkOrder {
         let walkers = walkers.min(order.sites()) as u64;
         WalkOrder { order, stretches: Vec::new(), done: 0, walkers }
     }
 
-    /// Lets all entries walk: the others as often first as those have that walk already.
+    /// Lets all entries walk. The other entries first catch up with those that have walked.
     pub fn take_all(&mut self) {
         self.walkers = self.order.sites() as u64;
     }
 
-    /// Entries and passes that the first stretches make, if they are whole: of the last one as far as its passes are.
+    /// Entries, passes of them, and walks that the first `done` walks complete. Of the last stretch, whole passes count.
     fn reach(&self, done: u64) -> (u64, u64, u64) {
         let (mut entries, mut passes, mut used) = (0, 0, 0);
         for stretch in &self.stretches {
@@ -110,12 +110,12 @@ impl WalkOrder {
         (entries, passes, used)
     }
 
-    /// Entries that have walked, passes of all of these, and the number of walks that this makes.
+    /// Entries that have walked, complete passes of all of them, and the number of walks in these passes.
     pub fn complete(&self) -> (u64, u64, u64) {
         self.reach(self.done)
     }
 
-    /// The next walks, towards so many passes, at most so many.
+    /// The next walks towards `passes` passes, at most `most`.
     pub fn next(&mut self, passes: u64, most: u64) -> Range<u64> {
         let all = self.stretches.iter().map(Stretch::len).sum::<u64>();
         let (entries, planned, _) = self.reach(all);
@@ -166,7 +166,7 @@ mod tests {
         walks.done = walks.next(3, 100).end;
         assert_eq!((walks.done, walks.complete()), (12, (4, 3, 12)));
         walks.take_all();
-        // The other six catch up before anything counts.
+        // The other six entries catch up first.
         walks.done = walks.next(5, 17).end;
         assert_eq!(walks.complete(), (4, 3, 12));
         walks.done = walks.next(5, 8).end;
@@ -180,7 +180,7 @@ mod tests {
             assert!(pass < 5 && seen.insert((pass, entry)));
         }
         assert_eq!(times, [5; 10]);
-        // Ranges join.
+        // Consecutive ranges join without a gap.
         let parts: Vec<_> = walks.entries(7..13).chain(walks.entries(13..33)).collect();
         assert_eq!(parts, walks.entries(7..33).collect::<Vec<_>>());
     }

@@ -1,7 +1,6 @@
-//! A short pilot before the run: what a sample of each part of a map costs, and how much its values scatter.
-//!
-//! Its samples enter no result. With variance v and cost c (in counted rays) a sample, two independent parts of a
-//! sum are best sampled in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
+//! A short pilot before the run. It measures the cost of a sample of each part of a map and the scatter of its values.
+//! Its samples enter no result. Let a sample have variance v and cost c (in counted rays). Two independent parts of a sum are best sampled
+//! in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
 
 mod walks;
 
@@ -23,102 +22,104 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
 
-/// Points or elements that the pilot looks at, at most.
+/// Most points or elements that the pilot samples.
 const MOST_SITES: usize = 256;
 /// Direct passes at each of them.
 const PASSES: u64 = 4;
 /// Walks at each element or point.
 const WALKS: u64 = 4;
-/// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
+/// Fewest passes, or walks, of all points together: a few points need more each to show their scatter.
 const LEAST_SAMPLES: u64 = 512;
-/// The same of all sets together: of ten thousand sets of a point each, pilots would take seconds.
+/// Fewest passes, or walks, of all sets together: with ten thousand sets of one point each, pilots would take seconds.
 const LEAST_SAMPLES_OF_ALL: u64 = 64 * LEAST_SAMPLES;
-/// The same of a point where the run has ended: of thousands of sets each has a pilot.
+/// Passes, or walks, of each point if the run has ended: there may be thousands of sets, each with a pilot.
 const SAMPLES_IN_HASTE: u64 = 2;
 /// Chains traced for elements.
 const CHAINS: usize = 1024;
-/// Chains traced for what leaves the scene.
+/// Chains traced for light that leaves the scene.
 const LEAVING_CHAINS: usize = 4096;
-/// Rays of chains or walks after which a pilot has seen enough: in nearly white rooms each takes thousands of them.
+/// Rays of chains or walks after which a pilot has enough: in nearly white rooms each chain or walk takes thousands of them.
 pub const ENOUGH_RAYS: u64 = 1_000_000;
-/// Chains, or points that walks start from, that it looks at in any case.
+/// Fewest chains, or points from which walks start, in any case.
 pub const FEWEST_SITES: usize = 16;
 /// Rays at a site between two looks at the clock, and the fewest samples there.
 const RAYS_BETWEEN_LOOKS: f64 = 10_000.0;
 const FEWEST_SAMPLES: u64 = 2;
-/// Looks ahead at an emitter that brings everything: usually, at least and at most.
+/// Survey samples of an emitter that brings all the light: the usual number, the fewest and the most.
 const USUAL_SURVEY: f64 = 64.0;
 const FEWEST_LOOKS: f64 = 16.0;
 const MOST_LOOKS: f64 = 4096.0;
-/// Other looks are worth another pilot from this factor on.
+/// If the best number of survey samples differs by this factor or more, another pilot is worthwhile.
 const WORTH_ANOTHER: f64 = 2.0;
-/// Share of the squared error that direct light may have, for that.
+/// Share of the squared error that direct light may have, for choosing that number.
 const SHARE_OF_ERROR: f64 = 0.5;
-/// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
-/// prove that there is none.
+/// Bounds of the rays that direct light takes, relative to those of indirect light. A pilot that saw no penumbra does not prove that there
+/// is none.
 const LEAST_RAY_SHARE: f64 = 0.02;
 pub const MOST_RAY_SHARE: f64 = 8.0;
 
-/// A pass costs at least this, in rays an entry: where nothing is in doubt, or emitters bring nothing, it takes time as well.
+/// Lowest cost of a pass, in rays per entry. It takes time even if no visibility is uncertain or emitters bring nothing.
 const LEAST_RAYS_PER_PASS: f64 = 0.1;
 
-/// Luminaires, and groups of them, that are weighed in the time of a ray, about: among ten thousand a look takes that of ten rays.
-/// (Measured: 18 ns each, one thread, beside 0.3 µs of a ray.)
+/// Luminaires, and groups of them, that light sampling evaluates in about the time of one ray: among ten thousand, a light sample takes the
+/// time of ten rays. (Measured: 18 ns each, one thread, compared with 0.3 µs for a ray.)
 pub const WEIGHED_PER_RAY: f64 = 16.0;
 
-/// Time of a ray between a place and a neighbour that shares it, over that of any ray, about. (Measured: 0.037 µs beside 0.13 in an office.)
+/// Approximate time of a ray between a point and a neighbour that shares it, relative to any other ray. (Measured: 0.037 µs compared with
+/// 0.13 in an office.)
 const WORK_OF_A_SHARING_RAY: f64 = 0.55;
 
-/// What one sample of one part of a map costs and how it scatters.
+/// Cost of one sample of one part of a map, and its scatter.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PartCost {
     /// Variance of an entry's value in lx², weighted mean over the entries.
     pub variance: f64,
-    /// Rays of an entry.
+    /// Rays per entry.
     pub rays: f64,
-    /// Of these, those between places and neighbours that share them (`estimators::neighbours`): short and alike, they take less time.
+    /// Those of `rays` that go between points and neighbours that share them (`estimators::neighbours`). They are short and similar, so
+    /// they take less time.
     pub sharing_rays: f64,
-    /// What it takes beside them to choose among luminaires, in rays.
+    /// Cost of choosing among luminaires, in rays; not included in `rays`.
     pub choosing: f64,
     /// Weighted mean of the part in lx.
     pub mean_lx: f64,
-    /// Rays that it took to find that out.
+    /// Rays that the pilot took for this.
     pub pilot_rays: u64,
 }
 
 impl PartCost {
-    /// The same of entries that show so many numbers each.
+    /// The cost for entries that show `numbers` numbers each.
     pub fn times(self, numbers: f64) -> PartCost {
         PartCost { variance: self.variance * numbers, ..self }
     }
 
-    /// Work of an entry, in rays that take their full time; choosing among luminaires left out.
+    /// Work of an entry, in rays that take their full time, without choosing among luminaires.
     pub fn work(&self) -> f64 {
         self.rays - (1.0 - WORK_OF_A_SHARING_RAY) * self.sharing_rays
     }
 }
 
-/// What a sample of indirect light costs.
+/// Cost of a sample of indirect light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IndirectCost {
-    /// If every entry counts its own samples alone.
+    /// If every entry counts only its own samples.
     pub alone: PartCost,
-    /// If neighbours share what their walks meet in the way that takes the least work.
+    /// If neighbours share what their walks meet, in the form that takes the least work.
     pub shared: PartCost,
     pub sharing: Sharing,
 }
 
 impl IndirectCost {
-    /// Of entries that share nothing.
+    /// Cost for entries that share nothing.
     pub fn alone(cost: PartCost) -> IndirectCost {
         IndirectCost { alone: cost, shared: cost, sharing: Sharing::default() }
     }
 }
 
-/// How direct light shares in the work of a map.
+/// How direct and indirect light share the work of a map.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct DirectShare {
-    /// Passes over direct light for each chain (elements) or each walk a point (receivers).
+    /// Passes over direct light for each chain (elements) or for each walk per point (receivers).
     pub passes_per_sample: f64,
     /// Rays of a pass over all entries.
     pub rays_per_pass: f64,
@@ -127,7 +128,7 @@ pub struct DirectShare {
 }
 
 impl DirectShare {
-    /// The best share for two parts of a map, each of so many entries.
+    /// The best share for the two parts of a map, each with its number of entries.
     pub fn of(direct: PartCost, indirect: PartCost, [direct_entries, indirect_entries]: [usize; 2]) -> DirectShare {
         let rays = direct.rays.max(LEAST_RAYS_PER_PASS);
         let rays_ratio = indirect.rays * indirect_entries as f64 / (rays * direct_entries.max(1) as f64);
@@ -142,8 +143,8 @@ impl DirectShare {
     }
 }
 
-/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it come the
-/// control variates of points, of which none is made yet.
+/// Measures a pass over the direct light of a map. Elements that adapt are sampled point by point. Also returns the plan for the control
+/// variates of points, none of which is computed yet.
 pub fn direct_cost(
     context: &Context,
     kind: MapKind,
@@ -169,7 +170,7 @@ pub fn direct_cost(
         }
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(context, element.area_m2, PASSES, || {
-                // The mean, which the reference knows, and the chance of what goes beyond it there.
+                // The mean, from the reference, and the random error of the light that differs from the reference.
                 let seen = scratch.sample_twice(stage, &element, &mut stream);
                 let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
@@ -180,8 +181,9 @@ pub fn direct_cost(
     (sites.cost(), ControlVariates::planned(USUAL_SURVEY, 0.0))
 }
 
-/// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
-/// rays: where what samples find beyond their control variate falls with the root of the looks, that is best.
+/// Cost of direct light at points. A first pilot uses the usual number of survey samples. If the best number is far from that, a second
+/// pilot uses as many rays for survey samples as for samples. This is best where the remaining variance of samples falls with the root of
+/// the survey samples.
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
     let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
     let error_lx = context.target_error * usual.mean_lx;
@@ -196,7 +198,7 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVar
     (cost, ControlVariates::planned(looks, survey_rays))
 }
 
-/// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.
+/// Cost of direct light at points with `survey_samples` survey samples, and the survey rays per point.
 fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (PartCost, f64) {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let (mut ahead_rays, mut points) = (0, 0);
@@ -221,8 +223,7 @@ fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (Part
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
-///
-/// `direct_mean_lx` is the mean of its direct light where the target binds the map: then a pilot of walks takes its share of the work.
+/// `direct_mean_lx` is the mean of its direct light if the target binds the map. Then a pilot of walks takes its share of the work.
 pub fn indirect_cost(
     context: &Context,
     kind: MapKind,
@@ -247,7 +248,8 @@ pub fn indirect_cost(
     }
 }
 
-/// Measures walks from random points of elements, of which such shares are exposed; empty where elements count as they are.
+/// Measures walks from random points of elements. `exposed` is the exposed share of each element (not hidden by contact); it is empty if
+/// elements count as a whole.
 pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[f64]) -> PartCost {
     let (stage, number) = (context.stage, MapKind::Elements.number());
     let stride = elements.len().div_ceil(MOST_SITES).max(1);
@@ -273,7 +275,7 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     };
     let mut sites = Sites::default();
     for some in indices.chunks(FEWEST_SITES) {
-        // A walk in a white place takes long.
+        // A single walk in a nearly white room takes long.
         let walk_in_time = |(place, index)| (place == 0 || !context.is_over()).then(|| walk_from(index));
         let found: Vec<Option<Sites>> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
         found.iter().flatten().for_each(|site| sites.merge(site));
@@ -284,13 +286,13 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     sites.cost()
 }
 
-/// Points of a set that the pilot looks at, about.
+/// Approximate number of points of a set that the pilot samples.
 fn sites_of(context: &Context, set: usize) -> u64 {
     let points = context.scene.receivers[set].points.len();
     (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
 }
 
-/// Passes, or walks, of each of so many points, where usually so many do.
+/// Passes, or walks, of each of `sites` points, if `usual` is the usual number.
 fn samples_of_a_site(context: &Context, sites: u64, usual: u64) -> u64 {
     if context.is_over() {
         return SAMPLES_IN_HASTE;
@@ -299,8 +301,7 @@ fn samples_of_a_site(context: &Context, sites: u64, usual: u64) -> u64 {
     usual.max(least / sites)
 }
 
-/// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
-/// need for more.
+/// Samples some points of a set, spread over it, several at a time. Passes on the findings of each in order, as long as more are needed.
 fn over_receivers<S: Send>(
     context: &Context,
     set: usize,
@@ -323,7 +324,7 @@ fn over_receivers<S: Send>(
     };
     let mut done = 0;
     for some in indices.chunks(FEWEST_SITES) {
-        // Where a million luminaires shine a single point takes long.
+        // With a million luminaires a single point takes long.
         let look_in_time = |(place, index): (usize, &usize)| (place == 0 || !context.is_over()).then(|| look(index));
         let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(look_in_time).collect();
         for site in found.into_iter().flatten() {
@@ -338,7 +339,7 @@ fn over_receivers<S: Send>(
     }
 }
 
-/// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
+/// Cost of a chain. One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
 fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
     let area_of = |index: u32| elements.area_m2(scene, elements.element(index));
@@ -376,7 +377,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     }
 }
 
-/// Measures what a chain costs and how its scores scatter: Σ Ω·var I is Φ² times the mean of 1/Ω where it leaves.
+/// Measures the cost of a chain and the scatter of its scores: Σ Ω·var I is Φ² times the mean of 1/Ω where it leaves the scene.
 fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCost {
     let stage = context.stage;
     let points = &context.scene.receivers[set].points;
@@ -417,9 +418,9 @@ struct Sites {
     sum_lx: f64,
     samples: f64,
     rays: f64,
-    /// Of these, those between places and neighbours that share them.
+    /// Those of `rays` that go between points and neighbours that share them.
     sharing_rays: f64,
-    /// Luminaires and groups that were weighed.
+    /// Luminaires and groups that light sampling evaluated.
     weighed: f64,
 }
 
@@ -433,7 +434,7 @@ impl Sites {
             squares += lx * lx;
             self.rays += rays as f64;
             taken += 1;
-            // Long walks: a look at the clock every so many rays.
+            // Walks may be long, so the clock is read every `RAYS_BETWEEN_LOOKS` rays.
             if self.rays - asked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
                 asked_at = self.rays;
                 if context.is_over() {
@@ -444,7 +445,7 @@ impl Sites {
         self.add_moments(weight, taken as f64, [sum, squares]);
     }
 
-    /// Adds a site by the sum of its samples and that of their squares.
+    /// Adds a site from the sum of its samples and the sum of their squares.
     fn add_moments(&mut self, weight: f64, count: f64, [sum, squares]: [f64; 2]) {
         self.weight += weight;
         self.samples += count;
@@ -496,8 +497,8 @@ mod tests {
         scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
     }
 
-    /// The pilot of a set of one point takes hundreds of walks and passes, and few where the time is over: a scene may have thousands of
-    /// sets, and each has a pilot.
+    /// The pilot of a set of one point takes hundreds of walks and passes, but few if the time is over. A scene may have thousands of sets,
+    /// and each has a pilot.
     #[test]
     fn where_the_time_is_over_a_pilot_takes_few_rays() {
         let scene = room_with(r#""origin": [2,2,1], "u": [1,0,0], "v": [0,0.5,0], "columns": 1, "rows": 1"#);

@@ -1,4 +1,4 @@
-//! Portions of a run, each with streams of its own, and what a map of one leaves for a merge.
+//! Portions of a run, each with streams of its own, and what a map of a portion leaves for a merge.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +11,9 @@ use crate::scene::ReceiversPart;
 /// One of many independent shares of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Share {
-    /// Its number, counted from 1. What it draws depends on nothing else, so that others can join later.
+    /// Its number, counted from 1. Its random numbers depend on nothing else, so that other shares can join later.
     pub number: u32,
-    /// How many there are to be.
+    /// Planned number of shares.
     pub of: u32,
 }
 
@@ -22,17 +22,17 @@ impl Share {
     pub const WHOLE: Share = Share { number: 1, of: 1 };
 }
 
-/// What of a run is computed by itself: a share of the work, a part of the receivers, or a share of the work on a part of them.
+/// A separately computed portion of a run: a share of the work, a part of the receivers, or a share of the work on a part of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Portion {
-    /// Which share of the work; without one, all that the stop rule asks for.
+    /// The share of the work; `None` is all work that the stop rule requires.
     pub share: Option<Share>,
-    /// Which part of the receivers; without one, all of them.
+    /// The part of the receivers; `None` is all of them.
     pub part: Option<ReceiversPart>,
 }
 
 impl Portion {
-    /// Seed of its streams in a run with this seed. A part without a share is that of the first one, so that others can join.
+    /// Seed of its streams in a run with this seed. A part without a share has the seed of the first share, so that others can join.
     pub fn seed(self, seed: u64) -> u64 {
         match (self.share, self.part) {
             (None, None) => seed,
@@ -56,7 +56,7 @@ impl From<ReceiversPart> for Portion {
     }
 }
 
-/// What a share says of a map beside its sums.
+/// Data of a share's map, except its sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MapOfShare {
     /// `elements`, or the receiver set's name.
@@ -73,30 +73,30 @@ pub struct MapOfShare {
     pub chains: u64,
     /// Rays traced for it.
     pub rays: u64,
-    /// Whether the sums of indirect light count packets; else they are in lx.
+    /// Whether the sums of indirect light count packets; otherwise they are in lx.
     pub counts_packets: bool,
-    /// Whether chains counted its direct light too, for want of time.
+    /// Whether chains counted its direct light too, because time was short.
     pub counts_direct: bool,
     /// Samples of direct light.
     pub direct_samples: Tally,
     /// Samples of indirect light.
     pub indirect_samples: Tally,
-    /// What walks say of the cells' error; nothing where nothing gathered.
+    /// Findings of walks on the cells' error; `None` if nothing gathered.
     pub cells_error: Option<Measured>,
     /// Single scores of direct and of indirect light.
     pub scores: [PartScores; 2],
-    /// How its packets ended, replica by replica.
+    /// Ends of its packets for each replica.
     pub ends: [Ends; REPLICAS],
 }
 
 /// The sums of a share's map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapSums {
-    /// One slab a replica: sums of direct scores in lx.
+    /// Sums of direct scores in lx, one slab per replica.
     pub direct: Vec<Vec<f64>>,
-    /// One slab a replica: sums of indirect scores (lx, or counts of packets).
+    /// Sums of indirect scores (lx, or counts of packets), one slab per replica.
     pub indirect: Vec<Vec<f64>>,
-    /// How unsure the cells are at every element or point, over their root mean square; empty where nothing gathered.
+    /// Uncertainty of the cells at every element or point, relative to its root mean square; empty if nothing gathered.
     pub cells_profile: Vec<f64>,
 }
 
@@ -109,14 +109,14 @@ impl MapSums {
 }
 
 impl MapOfShare {
-    /// Whether samples of both maps are of one kind, so that their sums may be added as they are.
+    /// Whether samples of both maps are of the same kind, so that their sums can be added directly.
     pub fn is_like(&self, other: &MapOfShare) -> bool {
         self.method == other.method
             && self.counts_packets == other.counts_packets
             && self.counts_direct == other.counts_direct
     }
 
-    /// Whether both are of one map, or of parts of its points, whatever estimated them.
+    /// Whether both are of the same map, or of parts of its points, whatever estimated them.
     pub fn is_of_same_map(&self, other: &MapOfShare) -> bool {
         (&self.name, self.kind, self.bound) == (&other.name, other.kind, other.bound)
     }
@@ -135,7 +135,7 @@ pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
         chains: job.chains(),
         rays: job.all_rays(),
         counts_packets,
-        // Passes over direct light are far fewer than chains, and never as many.
+        // Passes over direct light are far fewer than chains, never equally many.
         counts_direct: counts_packets && !job.is_black() && map.direct_samples == map.indirect_samples,
         direct_samples: map.direct_samples,
         indirect_samples: map.indirect_samples,

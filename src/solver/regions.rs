@@ -1,4 +1,4 @@
-//! Neighbours among places: regions of them, over which walks are pooled, and groups, which share what their walks meet.
+//! Neighbours among points: regions over which walks are pooled, and groups that share what their walks meet.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use glam::DVec3;
 
 use crate::scene::ReceiverPoint;
 
-/// Entries of a region of neighbours, about.
+/// Approximate number of entries in a region of neighbours.
 const ENTRIES_OF_A_REGION: usize = 24;
-/// Consecutive points of a set among which groups are sought: a slice of work does whole blocks.
+/// Consecutive points of a set among which groups are formed. A slice of work does whole blocks.
 pub const POINTS_OF_A_BLOCK: usize = 4096;
 
-/// Divides places with their normals into regions of neighbours.
+/// Divides points with their normals into regions of neighbours. Returns the region of each point.
 pub fn regions_of(places: &[(DVec3, DVec3)]) -> Vec<u32> {
     let mut regions = vec![0; places.len()];
     let mut entries: Vec<u32> = (0..places.len() as u32).collect();
@@ -21,16 +21,16 @@ pub fn regions_of(places: &[(DVec3, DVec3)]) -> Vec<u32> {
     regions
 }
 
-/// Entries of points that are not inside of anything, in groups of neighbours.
+/// Entries of points that are not inside solids, in groups of neighbours.
 pub struct Groups {
     entries: Vec<u32>,
     parts: Vec<Range<usize>>,
-    /// Groups before each block, and of all.
+    /// Number of groups before each block, and of all groups.
     before: Vec<usize>,
 }
 
 impl Groups {
-    /// Divides a range of points, block by block, into groups of so many at most.
+    /// Divides a range of points, block by block, into groups of at most `most` points.
     pub fn of(points: &[ReceiverPoint], range: Range<usize>, most: usize) -> Groups {
         let mut groups = Groups { entries: Vec::with_capacity(range.len()), parts: Vec::new(), before: vec![0] };
         for first in range.clone().step_by(POINTS_OF_A_BLOCK) {
@@ -53,7 +53,7 @@ impl Groups {
         self.parts.iter().map(|part| &self.entries[part.clone()])
     }
 
-    /// Those of some blocks of points, where all were divided.
+    /// The groups of some blocks of points, if all points were divided.
     pub fn within(&self, points: Range<usize>) -> Vec<&[u32]> {
         let [first, last] =
             [points.start / POINTS_OF_A_BLOCK, points.end.div_ceil(POINTS_OF_A_BLOCK)].map(|block| self.before[block]);
@@ -61,15 +61,15 @@ impl Groups {
     }
 }
 
-/// Halves places and halves of them along the longest axis until no part has more than so many; places and normals count alike. Sorts
-/// their numbers by parts.
+/// Halves points along the longest axis, and the halves again, until no part has more than `most`. Positions and normals are both axes.
+/// Sorts `entries` by parts.
 fn divided(places: &[(DVec3, DVec3)], entries: &mut [u32], most: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     divide(places, entries, most, 0, &mut parts);
     parts
 }
 
-/// Parts of so many places that are halved until none has more than so many: those of [`Groups`] are halved further alike.
+/// Parts of `count` points, halved until none has more than `most`. The groups of [`Groups`] are halved further in the same way.
 pub fn halved(count: usize, most: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     halve(0..count, most.max(1), &mut parts);
@@ -126,8 +126,8 @@ fn divide(
 mod tests {
     use super::*;
 
-    /// A grid of 40 × 30 points in rows, of which every seventh is inside of something: each other one is in one group of at most 16, groups lie
-    /// within 6 × 6 steps, and halving a group gives the groups of 8.
+    /// A grid of 40 × 30 points in rows, of which every seventh is inside a solid. Every other point is in one group of at most 16. Groups
+    /// are within 6 × 6 steps, and halving a group gives the groups of 8.
     #[test]
     fn groups_are_of_neighbours_and_hold_every_point_once() {
         let point = |index: usize| ReceiverPoint {

@@ -39,25 +39,23 @@ use crate::base::memory::limit_bytes;
 use crate::estimators::roulette::stage_for_walks;
 use crate::scene::{Scene, joined};
 
-/// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
-/// one before.
+/// Share of a time limit after which elements are not cut further before the run. Each round of cutting takes up to four times the work of
+/// the one before.
 const CUTTING_SHARE: f64 = 0.05;
-/// Solves a scene for the maps asked for.
-///
-/// The maps depend on scene, settings and how far the run went, never on threads: all sums grow in an order that the
-/// replicas fix. Names in `settings.maps` must be those of receiver sets, or `elements`.
+/// Solves a scene for the requested maps.
+/// The maps depend on the scene, the settings and how far the run went, never on threads: all sums grow in an order that the replicas fix.
+/// Names in `settings.maps` must be those of receiver sets, or `elements`.
 pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
     solve_as(scene, settings, None, None, observer).0
 }
 
-/// Goes on with a run from where it was kept, with the settings that it had, or another target.
-///
-/// The scene is the same to the last bit.
+/// Resumes a stored run with the settings that it had, or with another target.
+/// The scene must be the same to the last bit.
 pub fn resume(scene: &Scene, settings: &Settings, going_on: GoingOn, observer: &dyn Observer) -> Solution {
     solve_as(scene, settings, None, Some(going_on), observer).0
 }
 
-/// Solves a scene as a whole, or a portion of the run, which leaves its sums; from the beginning, or on from where a run was kept.
+/// Solves a whole scene, or a portion of the run, which leaves its sums. It starts from the beginning or resumes a stored run.
 pub(super) fn solve_as(
     scene: &Scene,
     settings: &Settings,
@@ -82,7 +80,7 @@ pub(super) fn solve_as(
     let (seed, method) = (portion.map_or(settings.seed, |portion| portion.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
-    // A checkpoint holds whole slices: where one is kept, an interruption waits for the slice at hand.
+    // A checkpoint holds whole slices. If checkpoints are written, an interruption waits for the end of the present slice.
     let heeds_user = AtomicBool::new(true);
     let time_left = || match () {
         _ if is_long_over(settings, observer) => TimeLeft::LongOver,
@@ -119,7 +117,7 @@ pub(super) fn solve_as(
         run.keep_end(stop_reason);
     }
     heeds_user.store(true, Ordering::Relaxed);
-    // A single sample, where no more are asked for, may have taken all the time there was.
+    // A single sample, if no more are requested, may have taken all the time available.
     let in_haste =
         matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted) || time_left() <= TimeLeft::None;
     run.give_every_map_a_start(in_haste);
@@ -132,14 +130,15 @@ pub(super) fn solve_as(
     (solution, sums)
 }
 
-/// The target that ends a run: not that of a share, which is that of the merged maps; without any stop rule the usual one.
+/// The target that ends a run. A share has none, since its target is that of the merged maps. A run without any stop rule gets the default
+/// target.
 fn target_of(settings: &Settings, portion: Option<Portion>) -> Option<f64> {
     let is_share = portion.is_some_and(|portion| portion.share.is_some());
     let is_endless = settings.chains.is_none() && settings.time_limit_s.is_none();
     settings.target_error.filter(|_| !is_share).or_else(|| is_endless.then_some(DEFAULT_TARGET_ERROR))
 }
 
-/// What came of a run that has ended, and its jobs.
+/// The solution of a run that has ended, and its jobs.
 fn solution_of(run: Run, stop_reason: StopReason, [build_s, compute_s]: [f64; 2]) -> (Solution, Vec<Job>) {
     let Run { context, settings, target_error, mut jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
@@ -151,7 +150,8 @@ fn solution_of(run: Run, stop_reason: StopReason, [build_s, compute_s]: [f64; 2]
     (finish(context, settings, &mut jobs, ending), jobs)
 }
 
-/// A map that is left out met no target; of nothing but those nobody knows an error.
+/// Reports maps that are left out. A bound map that is left out did not meet its target. If all bound maps are left out, the error is
+/// unknown.
 fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
@@ -159,7 +159,7 @@ fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
             solution.estimated_error = f64::INFINITY;
         }
     }
-    // Of ten thousand sets all may be left out: one sentence tells of them.
+    // All of ten thousand sets may be left out, so one sentence reports them together.
     let names: Vec<String> = left_out.iter().map(|(name, _)| format!("\"{name}\"")).collect();
     let (verb, whose) = if names.len() == 1 { ("is", "its") } else { ("are", "their") };
     solution.warnings.extend((!names.is_empty()).then(|| {

@@ -1,4 +1,4 @@
-//! Shares of a run, and runs that share out its receivers: each has streams of its own, and leaves behind what a merge needs.
+//! Shares of a run, and runs that share out its receivers. Each has streams of its own and leaves what a merge needs.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::{Settings, Solution};
 use crate::maps::MapKind;
 use crate::scene::{ReceiversPart, Scene};
 
-/// What a share did.
+/// Record of what a share did.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ShareRecord {
     /// Chains traced, all maps.
@@ -18,11 +18,11 @@ pub struct ShareRecord {
     pub rays: u64,
     /// Seconds of computing.
     pub compute_s: f64,
-    /// Rays and seconds by what they were for.
+    /// Rays and seconds by kind of work.
     pub spending: Spending,
-    /// Whether chance has no part in its maps, so that all shares tell the same.
+    /// Whether its maps have no random error, so that all shares are equal.
     pub is_exact: bool,
-    /// Which receivers it has.
+    /// The part of the receivers that it has.
     #[serde(default)]
     pub part: ReceiversPart,
     /// Its maps: elements first, then receivers in file order.
@@ -35,7 +35,7 @@ impl ShareRecord {
         self.maps.iter().find(|map| map.kind == kind)
     }
 
-    /// Of a share that has ended.
+    /// Record of a share that has ended.
     fn of(solution: &Solution, portion: Portion, maps: Vec<MapOfShare>, is_exact: bool) -> ShareRecord {
         ShareRecord {
             chains: solution.chains,
@@ -49,10 +49,10 @@ impl ShareRecord {
     }
 }
 
-/// Solves one of many independent shares of a run, and tells what a merge needs: what it did, and the sums of its maps.
-///
-/// Chains or a time limit say how much of the work a share is; the target is that of the merged maps, for which it plans. A part of the
-/// receivers that is no share goes on to the target, as a run of its own. The scene has no others than those of the part.
+/// Solves one of many independent shares of a run. Returns its solution and what a merge needs: a record of what it did, and the sums of
+/// its maps.
+/// Chains or a time limit determine how much of the work a share is. The target is that of the merged maps, for which it plans. A part of
+/// the receivers without a share goes on to the target, as a run of its own. The scene must have only the receivers of the part.
 pub fn solve_share(
     scene: &Scene,
     settings: &Settings,
@@ -63,7 +63,7 @@ pub fn solve_share(
     told(portion, solve_as(scene, settings, Some(portion), None, observer))
 }
 
-/// Goes on with a share from where it was kept.
+/// Resumes a stored share.
 pub fn resume_share(
     scene: &Scene,
     settings: &Settings,
@@ -74,7 +74,7 @@ pub fn resume_share(
     told(portion, solve_as(scene, settings, Some(portion), Some(going_on), observer))
 }
 
-/// What a share tells once it has ended.
+/// The results of a share once it has ended.
 fn told(
     portion: Portion,
     (solution, maps): (Solution, Vec<(MapOfShare, MapSums)>),

@@ -1,4 +1,4 @@
-//! What the two sides of surfaces lose of smooth light: pooled over the elements of a side, since single ones tell too little.
+//! Loss of smooth light on the two sides of surfaces. It is pooled over the elements of a side, since single elements show too little.
 
 use std::collections::HashMap;
 
@@ -7,24 +7,25 @@ use crate::scene::Elements;
 use crate::solver::context::Context;
 use crate::solver::empty_maps::Shows;
 
-/// The smooth part of what the elements of one side of a surface lose: with the square of the area where they show
-/// slopes, with the area itself where they do not.
+/// The smooth part of the loss of the elements on one side of a surface. It grows with the square of the area if they show slopes, and with
+/// the area if they do not.
 #[derive(Clone, Copy, Debug, Default)]
 struct SideOfSurface {
     bent_m2_lx2: f64,
     bent_m6: f64,
     sloping_m2_lx2: f64,
     sloping_m4: f64,
-    /// The same of all elements, those that show their slopes too: so much slopes are worth where an element covered in part shows none.
+    /// The sums for all elements, including those that show their slopes: the loss where an element partly hidden by contact shows no
+    /// slopes.
     any_slope_m2_lx2: f64,
     any_slope_m4: f64,
 }
 
-/// What the sides of all surfaces lose of smooth light.
+/// Loss of smooth light on the sides of all surfaces.
 pub struct SideLosses(HashMap<(u32, &'static str), SideOfSurface>);
 
 impl SideLosses {
-    /// Of elements of these areas, which show slopes or do not, from how light varies within them.
+    /// Computes the losses from the variation of light within elements with these areas, which show slopes or not.
     pub fn of(
         context: &Context,
         elements: &Elements,

@@ -1,8 +1,7 @@
-//! The split of daylight: what comes to the points of a map straight from the sky, by way of something outside, and by way of something inside.
-//!
-//! The map itself tells direct light from reflected. What share of the direct light is the ground's, and what share of the reflected has met something
-//! outside before, tell walks of their own, as those of a year of daylight do (docs/methods.md, section 27). So the three components add up to the map's value,
-//! whatever the shares have wrong.
+//! The split of daylight at the points of a map: straight from the sky, by way of something outside, and by way of something inside.
+//! The map itself separates direct light from reflected light. Separate walks estimate the share of the ground in direct light, and the
+//! share of reflected light that has met something outside before. They are like those of a year of daylight (docs/methods.md, section 27).
+//! So the three components add up to the map's value, whatever the error of the shares.
 
 use rayon::prelude::*;
 
@@ -18,15 +17,16 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, Quantity, ReceiverPoint};
 use glam::DVec3;
 
-/// Rays that the walks take at most, as a share of those that the map took.
+/// Most rays of the walks, as a share of the rays of the map.
 const SHARE_OF_RAYS: f64 = 0.2;
-/// Walks of a point in each replica: in any case, and at most.
+/// Walks of a point in each replica: fewest and most.
 const FIRST_WALKS: u64 = 8;
 const MOST_WALKS: u64 = 4096;
-/// What is told of a share that no walk tells anything of.
+/// Estimate of a share on which no walk gives information.
 const UNKNOWN: Estimate = Estimate { value: 0.5, standard_error: 0.5 };
 
-/// What the walks of a replica found, in lx: straight from the sky, straight from the ground, by way of something outside, and inside.
+/// Light found by the walks of a replica, in lx: straight from the sky, straight from the ground, by way of something outside, and by way
+/// of something inside.
 type LightBySkyWay = [f64; SKY_WAYS + 1];
 
 /// Sums of a point.
@@ -53,9 +53,9 @@ impl CoefficientTally for SkyWayTally<'_> {
     fn met(&mut self, _: &MetPlace) {}
 }
 
-/// The components of a map's points in lx and the rays that they took; none where there is other light than the sky's, for other quantities than planes' and
-/// where no time is left. The clock is looked at before each point: where a limit ends the run amid the first walks no point has components, and later
-/// those that have more walks keep them.
+/// The components of a map's points in lx, and the rays that they took. There are none if the scene has light other than that of the sky,
+/// for quantities other than those on planes, or without time. The clock is read before each point. If a limit ends the run during the
+/// first walks, no point has components. Later, points with more walks keep them.
 pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues) -> (Vec<[Estimate; SKY_WAYS]>, u64) {
     let MapKind::Receivers(set) = job.kind else { return (Vec::new(), 0) };
     let receivers = &context.scene.receivers[set];
@@ -131,7 +131,7 @@ fn part(all: Estimate, share: Estimate) -> Estimate {
     Estimate { value: share.value * all.value, standard_error }
 }
 
-/// One over one and the other, with the error that halves of the replicas show.
+/// The ratio of `one` to the sum of both, with its error from halves of the replicas.
 fn share_of(one: &[f64; PARTED], other: &[f64; PARTED]) -> Estimate {
     let ((one, one_off), (other, other_off)) = (mean_and_halves(one), mean_and_halves(other));
     let share = |one: f64, other: f64| if one + other > 0.0 { one / (one + other) } else { UNKNOWN.value };
@@ -147,7 +147,7 @@ fn share_of(one: &[f64; PARTED], other: &[f64; PARTED]) -> Estimate {
 mod tests {
     use super::*;
 
-    /// Components add up to the map's value whatever shares say, and errors go by both; of what no walk met nothing is known.
+    /// Components add up to the map's value whatever the shares are, and errors combine both. Without walks a share is unknown.
     #[test]
     fn components_add_up() {
         let values = MapValues {
@@ -169,7 +169,7 @@ mod tests {
         near(sky.value, 54.0);
         near(sky.standard_error, 2.7);
         near(outside.value, 6.0 + 10.0);
-        // Shares of 1/6 and 2/6 in either half of the replicas: 1/12/√15 about their mean.
+        // Shares of 1/6 and 2/6 in the two halves of the replicas: 1/12/√15 around their mean.
         let share_error = 1.0 / 12.0 / 15f64.sqrt();
         near(inside.standard_error, (0.75 * 4.0f64).hypot(40.0 * share_error));
         let [sky, outside, inside] = split(&values, 0, &PointSums::default());

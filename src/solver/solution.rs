@@ -1,4 +1,4 @@
-//! Settings of a run and what comes out of it.
+//! Settings of a run and its results.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,29 +8,29 @@ use crate::control::Forecast;
 use crate::maps::{Judgement, MapError, MapResult};
 use crate::scene::Elements;
 
-/// What maps that gather are told to be estimated by.
+/// Method name of maps that gather.
 const GATHERING: &str = "gather";
-/// Target where the user sets no stop rule at all.
+/// Target if the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
 /// How maps are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
-    /// What a short pilot finds the quickest, map by map.
+    /// For each map, the method that a short pilot finds the quickest.
     #[default]
     Auto,
-    /// Elements by counting the packets of chains, receivers by walks: unbiased.
+    /// Elements by counting the packets of chains, receivers by walks. It is unbiased.
     Collision,
     /// Both by gathering through cells, with an error that independent walks measure.
     Gather,
     /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
     Local,
-    /// The same with the plain kernel, whose variance has no bound in corners: to show just that.
+    /// Local estimation with the plain kernel, whose variance has no bound in corners. It serves to show this.
     LocalNaive,
 }
 
 impl Method {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Method; 5] = [Method::Auto, Method::Collision, Method::Gather, Method::Local, Method::LocalNaive];
 
     /// Name as `summary.json` writes it.
@@ -48,15 +48,15 @@ impl Method {
 /// Which elements the element map has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ElementChoice {
-    /// Those of the scene: its triangles, or the parts that `max_element_edge` cuts them into. Their truth is their means.
+    /// The elements of the scene: its triangles, or the parts that `max_element_edge` cuts them into. Their true values are their means.
     #[default]
     Given,
-    /// These cut further and sloped as far as the target asks, where the target binds the element map: its truth is the
-    /// illuminance at every point.
+    /// The elements of the scene, cut further and given slopes as far as the target requires, if the target binds the element map. The true
+    /// value is the illuminance at every point.
     Adaptive,
 }
 
-/// What a run is asked to do.
+/// What a run should do.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// How maps are estimated.
@@ -77,7 +77,7 @@ pub struct Settings {
     pub threads: Option<usize>,
 }
 
-/// The maps that a run computes and, where named, binds to the target.
+/// The maps that a run computes and, if they are named, binds to the target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum MapSelection {
     /// No `--maps`: all are computed; the target binds the receiver sets if there are any, else the element map.
@@ -98,7 +98,7 @@ pub enum MapSelection {
 pub enum StopReason {
     /// The stop rule accepted every bound map.
     TargetMet,
-    /// The chains asked for are done.
+    /// The requested chains are done.
     Chains,
     /// The time limit came first.
     TimeLimit,
@@ -106,13 +106,13 @@ pub enum StopReason {
     Interrupted,
     /// Every map is exact: there is nothing left to do.
     Exact,
-    /// The finest mesh that a method of elements makes did not meet the target.
+    /// The finest mesh that a method with elements makes did not meet the target.
     FinestMesh,
     /// All shares are merged.
     Shares,
-    /// Every requirement that the run was to decide is decided.
+    /// Every requirement that the run had to decide is decided.
     VerdictsDecided,
-    /// Requirements lie nearer to their limits than the least error that a run for verdicts goes to.
+    /// Requirements are closer to their limits than the smallest error of a run for verdicts.
     Undecided,
 }
 
@@ -133,7 +133,7 @@ impl StopReason {
     }
 }
 
-/// Where the flux of the forward chains went, in lm, scaled to the luminaires' flux.
+/// Destinations of the flux of the forward chains, in lm, scaled to the luminaires' flux.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FluxBalance {
     /// Emitted.
@@ -144,11 +144,11 @@ pub struct FluxBalance {
     pub escaped_lm: f64,
     /// Absorbed on the backs of one-sided surfaces.
     pub back_face_lm: f64,
-    /// Cut off by choice.
+    /// Followed no further, after very many reflections or past a time limit.
     pub truncated_lm: f64,
 }
 
-/// Σ absorptance·E·A against the emitted flux in a scene that nothing left.
+/// Comparison of Σ absorptance·E·A with the emitted flux, in a scene that no flux left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapCheck {
     /// Σ absorptance·E·A in lm.
@@ -159,50 +159,50 @@ pub struct MapCheck {
     pub z_score: f64,
 }
 
-/// How a run stood at a time, and what it then was to come to.
+/// The state of a run at one time, and its forecast then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceRow {
     /// Seconds since process start.
     pub wall_s: f64,
-    /// Rays so far, those of pilots too.
+    /// Rays so far, including those of pilots.
     pub rays: u64,
     /// Chains so far, all maps.
     pub chains: u64,
-    /// Errors of the bound map whose stated error is the worst.
+    /// Errors of the bound map with the worst stated error.
     pub error: ErrorParts,
-    /// Whether all bound maps have been judged: before, what a pilot lets expect of the others stands in.
+    /// Whether all bound maps have been judged. Before that, maps not yet judged enter with the error that their pilot predicts.
     pub judged: bool,
-    /// Rays at the end.
+    /// Forecast of the rays at the end.
     pub forecast_rays: Forecast,
-    /// Seconds from process start to the end.
+    /// Forecast of the seconds from process start to the end.
     pub forecast_wall_s: Forecast,
 }
 
-/// The stated error of a map and what it is made of.
+/// The stated error of a map and its parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorParts {
     /// The stated error: its parts in quadrature.
     pub estimated: f64,
     /// Random error.
     pub random: f64,
-    /// What even and odd halves share.
+    /// Error that even and odd halves share.
     pub bias: f64,
-    /// What elements cannot show.
+    /// Error of what elements cannot show.
     pub discretisation: f64,
 }
 
 impl ErrorParts {
-    /// Of a random error alone.
+    /// Parts of a purely random error.
     pub fn random(error: f64) -> ErrorParts {
         ErrorParts { estimated: error, random: error, ..ErrorParts::default() }
     }
 
-    /// Of an error that is none of chance.
+    /// Parts of an error without a random part.
     pub fn bias(error: f64) -> ErrorParts {
         ErrorParts { estimated: error, bias: error, ..ErrorParts::default() }
     }
 
-    /// Of a judgement.
+    /// Parts of the error of a judgement.
     pub fn of(judgement: &Judgement) -> ErrorParts {
         ErrorParts {
             estimated: judgement.stated_error(),
@@ -213,10 +213,10 @@ impl ErrorParts {
     }
 }
 
-/// Everything that a run found out.
+/// All results of a run.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Method asked for.
+    /// The requested method.
     pub method: String,
     /// Seed used.
     pub seed: u64,
@@ -228,27 +228,27 @@ pub struct Solution {
     pub rays: u64,
     /// Independent replicas, even and odd together.
     pub replicas: usize,
-    /// One entry a computed map: elements first, then receivers in file order.
+    /// One entry for each computed map: elements first, then receivers in file order.
     pub maps: Vec<MapResult>,
-    /// The elements of the element map: those of the scene, or those that adapted to the light.
+    /// The elements of the element map: those of the scene, or those adapted to the light.
     pub elements: Elements,
     /// Glare ratings of observers, in the order of their maps.
     pub glare: Vec<GlareRating>,
     /// Worst stated error of the bound maps.
     pub estimated_error: f64,
-    /// Whether the rule accepted all bound maps; `None` without a target.
+    /// Whether the stop rule accepted all bound maps; `None` without a target.
     pub target_met: Option<bool>,
     /// Why the run ended.
     pub stop_reason: StopReason,
-    /// Flux balance of the chains, or why there is none.
+    /// Flux balance of the chains, or the reason why there is none.
     pub flux_balance: Result<FluxBalance, String>,
-    /// Check of the element map, or why there is none.
+    /// Check of the element map, or the reason why there is none.
     pub map_check: Result<MapCheck, String>,
-    /// How the run stood and what it was to come to, in order.
+    /// The states of the run and its forecasts, in order.
     pub convergence: Vec<ConvergenceRow>,
-    /// Rays and seconds by what they were for.
+    /// Rays and seconds by kind of work.
     pub spending: Spending,
-    /// Seconds from process start to where computing began: starting, reading and building.
+    /// Seconds from process start to the start of computing: starting, reading and building.
     pub begun_wall_s: f64,
     /// Seconds for building the ray accelerator.
     pub build_s: f64,
@@ -256,9 +256,9 @@ pub struct Solution {
     pub compute_s: f64,
     /// Classes of light paths that a map's method cannot find, in words.
     pub paths_not_found: Vec<String>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// How results came about: facts that nobody needs to act on.
+    /// How the results were made: facts that need no action.
     pub notes: Vec<String>,
 }
 
@@ -268,8 +268,8 @@ impl Solution {
         self.maps.iter().any(|map| map.name == name && map.method == GATHERING)
     }
 
-    /// Worst stated error of the bound maps; `None` where light has not reached one of them, or all are left out: of nothing nobody knows
-    /// an error.
+    /// Worst stated error of the bound maps. `None` if light has not reached one of them, or if all are left out, since then the error is
+    /// unknown.
     pub fn stated_error(&self) -> Option<f64> {
         Some(self.estimated_error).filter(|error| error.is_finite() && !self.is_unlit())
     }
@@ -279,8 +279,8 @@ impl Solution {
         self.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some())
     }
 
-    /// Why a target was not met, where it is not for want of work alone: words that follow "since"; `None` where it was met, where
-    /// none was set, or where the error says enough.
+    /// Why a target was not met, if more work is not the only thing missing: words that follow "since". `None` if the target was met, if
+    /// none was set, or if the error explains it.
     pub fn why_unmet(&self) -> Option<String> {
         let target = self.target_error?;
         let map = self.maps.iter().find(|map| map.bound && map.target_met == Some(false))?;
@@ -323,7 +323,7 @@ impl Solution {
     }
 }
 
-/// A share as a sentence has it.
+/// A share as a percentage for sentences.
 fn percent(share: f64) -> String {
     format!("{:.3} %", 100.0 * share)
 }

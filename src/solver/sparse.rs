@@ -1,9 +1,8 @@
-//! Elements that chains hardly meet take their indirect light from walks instead.
-//!
-//! A small element is met by few packets, and a mean of few counts tells neither its value nor its error. Walks start
-//! from the element itself, so its size does not matter to them. Which elements these are follows from their areas and
-//! the mean of the whole map, and for the replicas of one half from the counts of the other: choosing those that happened
-//! to score low themselves would bias them. So rooms far from the light, which few packets reach, get their light by walks.
+//! Elements that chains seldom meet take their indirect light from walks instead.
+//! A small element is met by few packets, and a mean of few counts gives neither its value nor its error. Walks start from the element
+//! itself, so its size does not matter to them. The choice of elements follows from their areas and the mean of the whole map; for the
+//! replicas of one half it also follows from the counts of the other half. A choice by their own low counts would bias them. So rooms far
+//! from the light, which few packets reach, get their light by walks.
 
 use std::time::Instant;
 
@@ -20,35 +19,36 @@ use crate::maps::{MapKind, REPLICAS, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
-/// Expected scores of an element, all replicas together, below which walks take over.
+/// Expected scores of an element, in all replicas together, below which walks are used.
 const FEWEST_SCORES: f64 = 30.0;
-/// Walks of a replica from one such element, at most.
+/// Most walks of a replica from one element.
 const MOST_WALKS: u64 = 32;
-/// Rays that the walks may take over those of the map so far, and in any case.
+/// Rays that the walks may take, relative to those of the map so far, and in any case.
 const RAY_SHARE: f64 = 0.25;
 const RAYS_IN_ANY_CASE: f64 = 2e6;
-/// Walks that measure how many rays a walk takes.
+/// Walks that measure the rays per walk.
 const PROBES: usize = 64;
-/// Elements of which a forecast looks at the areas.
+/// Elements whose areas a forecast samples.
 const SAMPLED_AREAS: usize = 512;
 
-/// Flux in lm and areas in m² of the elements of a map whose counts walks may replace. Chains find every path; walks must not replace them
-/// where they miss some. Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
+/// Flux in lm, and areas in m² of the elements, of a map whose counts walks may replace. Chains find every path; walks must not replace
+/// them if walks miss some paths. Elements that adapt are excluded: they are as large as the target allows, and their slopes must not be
+/// separated from their means.
 fn counted_areas<'a>(context: &Context, job: &'a Job) -> Option<(f64, &'a [f64])> {
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else { return None };
     let is_fixed = job.kind == MapKind::Elements && job.adapting.adaptive.is_none();
     (is_fixed && context.stage.paths_not_found.is_empty()).then_some((*luminous_flux_lm, area_m2))
 }
 
-/// Walks from every one of so many elements in each replica, by the map's rays before and those of one walk: none where they would outweigh
-/// the run, whose counts must do then.
+/// Walks from each of `elements` elements in each replica, from the map's rays before and the rays of one walk. 0 if the walks would take
+/// too much of the run; then the counts must do.
 fn walks_from_each(rays_before: f64, elements: f64, rays_per_walk: f64) -> u64 {
     let budget = (RAY_SHARE * rays_before).max(RAYS_IN_ANY_CASE);
     ((budget / (rays_per_walk * elements * REPLICAS as f64)) as u64).min(MOST_WALKS)
 }
 
-/// Rays that filling the elements of a counted map will take, about, which will have taken so many rays before: by the areas of some of
-/// them, a score a ray, and as many scores as a first look brings at least.
+/// Approximate rays for filling the elements of a counted map, if the map has taken `rays_before` rays. It is estimated from the areas of
+/// some elements, one score per ray, and at least as many scores as a first look brings.
 pub fn rays_to_fill(context: &Context, job: &Job, rays_before: f64) -> f64 {
     let counts = job.engine == Engine::Collision && !job.is_black();
     let Some((_, area_m2)) = counted_areas(context, job).filter(|_| counts) else { return 0.0 };
@@ -126,21 +126,21 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     let rays = walked.iter().map(|(_, rays)| rays).sum::<u64>();
     job.work.rays += rays;
     job.work.spending.add(Activity::Walks, rays, started.elapsed());
-    // A limit that has passed for long leaves some elements without walks: the counts of all must do, lest replicas differ.
+    // If a limit passed long ago, some elements have no walks. Then the counts of all elements are kept, so that replicas do not differ.
     if walked.iter().enumerate().any(|(replica, (means_lx, _))| means_lx.len() < sparse[replica % 2].len()) {
         return;
     }
     let samples = job.map.indirect_samples.complete as f64;
     for (replica, (means_lx, _)) in walked.iter().enumerate() {
         for (element, mean_lx) in sparse[replica % 2].iter().zip(means_lx) {
-            // The count of packets that would have brought as much.
+            // The number of packets that would have brought the same light.
             job.map.indirect[replica][*element as usize] = mean_lx * areas[*element as usize] / flux_lm * samples;
         }
     }
 }
 
-/// One walk from a random point of an element side of which such a share is exposed: indirect illuminance in lx, 0 where the point is
-/// covered, and the rays it took.
+/// Traces one walk from a random point of an element side with this exposed share. Returns the indirect illuminance in lx, 0 if the point
+/// is hidden by contact, and the rays traced.
 fn walk_from_element(
     context: &Context,
     (index, exposed): (u32, f64),
@@ -174,8 +174,9 @@ mod tests {
     use crate::check::scene_from_json;
     use crate::solver::exposure::{Exposure, exposed_shares};
 
-    /// The top of a beam lies on the ceiling: no packet comes there, and so no walk from there finds light, as those do that take it to be
-    /// exposed (the planted fault) and start near its edge. Seed 2, 400 walks from each element, those counted that start in what is covered.
+    /// The top of a beam lies on the ceiling. No packet comes there, so no walk from there finds light. Planted fault: walks that assume
+    /// the top is exposed and start near its edge find light. Seed 2, 400 walks from each element; those that start in the hidden area are
+    /// counted.
     #[test]
     fn walks_from_what_is_covered_find_nothing_up_to_its_edge() {
         const WALKS: u64 = 400;
@@ -190,7 +191,7 @@ mod tests {
         let stage = Stage::new(&scene);
         let context = Context::of_a_test(&scene, &stage, 2);
         let exposed = exposed_shares(&context, &stage.elements, 0..stage.elements.len(), |_| Exposure::Unknown).0;
-        // Elements of the beam's top, and those of the ceiling, of which the walks start below the beam.
+        // Elements of the beam's top, and those of the ceiling whose walks start below the beam.
         let elements_of = |name: &str| {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface");
             stage.elements.of_surface(&scene, surface as u32)

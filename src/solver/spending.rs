@@ -1,4 +1,4 @@
-//! What a run spends its rays and seconds on.
+//! The rays and seconds that a run spends.
 
 use std::ops::AddAssign;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Kinds of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
-    /// Pilots, whose samples enter no result, and looking out for which luminaires are in sight.
+    /// Pilots, whose samples enter no result, and the search for luminaires in sight.
     Pilots,
     /// Direct light of the maps' own entries.
     Direct,
@@ -16,9 +16,9 @@ pub enum Activity {
     Gathering,
     /// Rays that fill cells.
     Cells,
-    /// Residual walks, which measure what cells have wrong.
+    /// Residual walks, which measure the error of cells.
     ResidualWalks,
-    /// Walks from receivers, and from elements that chains hardly meet.
+    /// Walks from receivers, and from elements that chains seldom meet.
     Walks,
     /// Chains from luminaires, with their connections to receivers.
     Chains,
@@ -27,7 +27,7 @@ pub enum Activity {
 }
 
 impl Activity {
-    /// All of them.
+    /// All kinds of work.
     pub const ALL: [Activity; 8] = [
         Activity::Pilots,
         Activity::Direct,
@@ -53,7 +53,7 @@ impl Activity {
         }
     }
 
-    /// The same in words.
+    /// Name in words.
     pub fn words(self) -> &'static str {
         match self {
             Activity::Pilots => "pilots",
@@ -68,7 +68,7 @@ impl Activity {
     }
 }
 
-/// Rays and seconds by what they are for.
+/// Rays and seconds by kind of work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spending {
     rays: [u64; Activity::ALL.len()],
@@ -92,7 +92,7 @@ impl Spending {
         self.seconds.iter().sum()
     }
 
-    /// Seconds that a ray of some kinds takes, where at least so many of them were traced and timed.
+    /// Seconds per ray of some kinds of work, if at least `fewest_rays` of them were traced and timed.
     pub fn seconds_per_ray(&self, kinds: &[Activity], fewest_rays: u64) -> Option<f64> {
         let rays: u64 = kinds.iter().map(|kind| self.rays(*kind)).sum();
         let seconds: f64 = kinds.iter().map(|kind| self.seconds(*kind)).sum();

@@ -18,18 +18,18 @@ pub struct Starts<'a> {
     pub context: &'a Context<'a>,
     /// Elements or a receiver set.
     pub kind: MapKind,
-    /// The elements, where they are what rays start from.
+    /// The elements, if rays start from elements.
     pub elements: &'a Elements,
-    /// Share of every element that is exposed.
+    /// Share of every element that is exposed (not hidden by contact).
     pub exposed: &'a [f64],
-    /// Whether elements count as a whole, with what of them is covered.
+    /// Whether elements count as a whole, including what is hidden by contact.
     pub as_wholes: bool,
-    /// Number of the streams: a map that starts anew draws anew.
+    /// Number of the streams. A map that starts anew uses new random numbers.
     pub number: u32,
 }
 
 impl Starts<'_> {
-    /// Whether all rays of an entry have one hemisphere, whose directions can be learned.
+    /// Whether all rays of an entry are in one hemisphere, whose directions can be learned.
     pub fn has_one_hemisphere(&self) -> bool {
         match self.kind {
             MapKind::Elements => true,
@@ -52,7 +52,7 @@ impl Starts<'_> {
         }
     }
 
-    /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is covered.
+    /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is hidden by contact.
     pub fn site(&self, entry: usize) -> Option<Site> {
         let stage = self.context.stage;
         match self.kind {
@@ -71,7 +71,7 @@ impl Starts<'_> {
         }
     }
 
-    /// Draws where one ray of an entry starts.
+    /// Draws the start of one ray of an entry.
     #[inline]
     pub fn draw(&self, site: &Site, stream: &mut Stream) -> DrawnStart {
         let stage = self.context.stage;
@@ -99,17 +99,17 @@ impl Starts<'_> {
 
 /// Where one ray, or walk, starts.
 pub struct DrawnStart {
-    /// Place in its element: the weights of the second and third corner.
+    /// Point in its element: the weights of the second and third corner.
     pub at: [f64; 2],
-    /// The same in m.
+    /// The point in m.
     pub point_m: DVec3,
-    /// Unit normal of the plane that it is for.
+    /// Unit normal of the plane that the ray is for.
     pub normal: DVec3,
-    /// The place for the tracer.
+    /// The point for the tracer.
     pub origin: Origin,
-    /// Weight of what it brings; 0 where the place is covered, and no ray starts.
+    /// Weight of the light that the ray brings; 0 if the point is hidden by contact and no ray starts.
     pub weight: f64,
-    /// Rays that it took to find the place.
+    /// Rays that it took to find the point.
     pub rays: u64,
 }
 
@@ -127,11 +127,11 @@ pub enum Site {
     Element(Element),
     /// At a receiver.
     Point {
-        /// Place in m.
+        /// Point in m.
         point_m: DVec3,
         /// Unit normal.
         normal: DVec3,
-        /// The same place for the tracer.
+        /// The point for the tracer.
         origin: Origin,
         /// What the receiver measures.
         quantity: Quantity,

@@ -1,12 +1,12 @@
-//! Numbers of random streams: which entry, sample, round and chain draws from which.
+//! Numbers of random streams: which entry, sample, round and chain uses which stream.
 
 use crate::maps::MapKind;
 use crate::sampling::random::Stream;
 
-/// Bits of a stream's index that count samples; the bits above them tell the point or the element.
+/// Bits of a stream's index that count samples. The bits above them give the point or the element.
 const SAMPLE_BITS: u32 = 32;
 
-/// Number of the element map's streams after so many rounds of cuts: what starts anew draws anew.
+/// Number of the element map's streams after `rounds` rounds of cuts. A map that starts anew uses new random numbers.
 pub fn stream_number(rounds: u32) -> u32 {
     if rounds == 0 { MapKind::Elements.number() } else { u32::MAX - rounds }
 }
@@ -15,7 +15,7 @@ pub fn stream_index(entry: usize, sample: u64) -> u64 {
     ((entry as u64) << SAMPLE_BITS) | sample
 }
 
-/// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.
+/// Index of the stream that shifts a replica's choices of emitters: the last index, which no chain reaches.
 const SHIFT_INDEX: u64 = u64::MAX >> 32;
 
 /// The random shift of a replica's emitter choices.
@@ -24,8 +24,8 @@ pub fn emission_shift(stream: &mut Stream) -> f64 {
     stream.fine_unit()
 }
 
-/// Choice of the emitter for a chain: the van der Corput sequence, shifted at random for every replica, so that any
-/// run of chains shares itself out among the luminaires in proportion to flux, and each choice alone is uniform.
+/// Choice of the emitter for a chain: the van der Corput sequence, with a random shift for each replica. So any range of chains is shared
+/// out among the luminaires in proportion to flux, and each choice alone is uniform.
 pub fn spread_choice(chain: u64, shift: f64) -> f64 {
     let van_der_corput = (chain.reverse_bits() >> 11) as f64 / (1u64 << 53) as f64;
     let choice = van_der_corput + shift;

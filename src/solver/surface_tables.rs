@@ -13,10 +13,10 @@ use crate::maps::{
 };
 use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
-/// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
+/// Weights of the second and third corner of an element at its centroid, where its slope functions are 0.
 const CENTROID: [f64; 2] = [1.0 / 3.0; 2];
 
-/// Points that are asked whether they are covered may be such a share of a map's rays.
+/// Largest share of a map's rays that tests for contact occlusion may take.
 const SHARE_OF_COVER: f64 = 0.1;
 
 /// A side of a surface that the element map reports.
@@ -27,7 +27,7 @@ struct SurfaceSide {
     grid: Option<EvaluationGrid>,
 }
 
-/// A row for every side of every surface.
+/// One table row for every side of every surface.
 pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     let sides = surface_sides(context, job);
     let discretisation_lx: Vec<f64> = match &job.adapting.adaptive {
@@ -35,7 +35,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         None => Vec::new(),
     };
     let rare_scores = job.map.rare_scores();
-    // Elements that adapt are told without what is covered; the others are means over it too.
+    // Adaptive elements are reported without their hidden part. Given elements are means over the hidden part too.
     let exposed = if job.adapting.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
     let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
     let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
@@ -77,8 +77,8 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     sides.into_par_iter().with_max_len(1).zip(remaining_lx).map(row).collect()
 }
 
-/// What is left of the cells' error in the average of each of several rows, in lx, as walks have measured it: of the elements that gathered
-/// for it, or of its own entries.
+/// The remaining error of cells in the average of each of several rows, in lx, as measured by walks. It is taken from the elements that
+/// gathered for the row, or from its own entries.
 fn remaining_in_averages_lx<'a>(
     job: &Job,
     rows: impl ExactSizeIterator<Item = &'a [usize]>,
@@ -101,7 +101,7 @@ fn remaining_in_averages_lx<'a>(
     remaining_in_averages(&averages).into_iter().map(Some).collect()
 }
 
-/// All sides with their elements, and with the grid of their uniformities where elements are fine enough for it.
+/// All sides with their elements, and with the grid of their uniformities if elements are fine enough for it.
 fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     let (scene, elements) = (context.scene, &job.elements);
     let mut sides = Vec::new();
@@ -125,9 +125,10 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     sides
 }
 
-/// Share of every given element that shows, looked for closely, unless there are so many that this would take long beside the map's own
-/// rays: then where a grid asks for it, and elsewhere elements that are wholly covered leave the average. Where the run has ended, by a limit
-/// say, one place of an element tells, and that for grids alone: else what stands on a floor would make its least value 0.
+/// Exposed share of every given element. It is tested closely, unless the elements are so many that this would take long relative to the
+/// map's own rays. In that case it is tested closely only for grids, and elsewhere elements that are wholly hidden are left out of the
+/// average. If the run has ended, for example by a limit, one point of an element decides, and only for grids. Otherwise whatever stands on
+/// a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
     if !job.adapting.exposed.is_empty() {
         return job.adapting.exposed.clone();
@@ -146,7 +147,7 @@ fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<
     exposed_shares(context, &job.elements, 0..job.elements.len(), known).0
 }
 
-/// Takes what is covered of given elements out of a grid's cells, and slopes from elements that show none.
+/// Removes the hidden part of given elements from a grid's cells, and slopes from elements that show none.
 fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
     for part in grid.cells.iter_mut().flatten() {
         let element = part.element as usize;
@@ -161,7 +162,7 @@ fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
     grid.leave_out_covered();
 }
 
-/// What the slopes of light across given elements change in the cells that cut them; those that adapt have slopes of their own.
+/// Changes by the slopes of light across given elements in the cells that cut them. Adaptive elements have slopes of their own.
 fn slopes_of_given(
     scene: &Scene,
     job: &Job,
@@ -179,7 +180,7 @@ fn slopes_of_given(
     grid_slopes(scene, &job.elements, entries, grid, |entry| exposed[entry] == 1.0, halves_lx)
 }
 
-/// The row of a receiver set.
+/// The table row of a receiver set.
 pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     let receivers = &scene.receivers[set];
     let entries: Vec<usize> = (0..receivers.points.len()).collect();

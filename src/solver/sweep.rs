@@ -1,7 +1,6 @@
-//! The work itself, sixteen replicas side by side: passes of direct light and of walks over the entries of a map, and chains.
-//!
-//! A task is one replica (and for receivers a chunk of points); it writes to slabs of its own and draws from streams
-//! keyed by what it does, so that the sums do not depend on threads.
+//! The work itself, sixteen replicas in parallel: passes of direct light and of walks over the entries of a map, and chains.
+//! A task is one replica (and for receivers a chunk of points). It writes to slabs of its own and uses streams keyed by its work, so that
+//! the sums do not depend on threads.
 
 mod walks;
 
@@ -29,16 +28,16 @@ const POINTS_PER_CHUNK: usize = 64;
 /// What chains deposit in the element map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deposits {
-    /// Arrivals after the first reflection: direct light is computed.
+    /// Arrivals after the first reflection; direct light is computed separately.
     IndirectOnly,
     /// All arrivals.
     DirectToo,
 }
 
-/// Rays of a replica after which it traces no further chain for the balance of flux.
+/// Rays of a replica after which it traces no more chains for the flux balance.
 const RAYS_FOR_ENDS: u64 = 20_000;
 
-/// Passes over the direct light of a range of element sides; returns the rays traced.
+/// Does passes over the direct light of a range of element sides. Returns the rays traced.
 pub fn direct_over_elements(
     context: &Context,
     elements: &Elements,
@@ -72,7 +71,7 @@ pub fn direct_over_elements(
     merged(&mut map.scores[0], done)
 }
 
-/// Adds what tasks have counted, in their order; returns their rays.
+/// Adds the scores of tasks, in their order. Returns their rays.
 pub(super) fn merged(whole: &mut PartScores, tasks: Vec<(u64, PartScores)>) -> u64 {
     let mut rays = 0;
     for (task_rays, scores) in tasks {
@@ -82,7 +81,8 @@ pub(super) fn merged(whole: &mut PartScores, tasks: Vec<(u64, PartScores)>) -> u
     rays
 }
 
-/// The same for elements that adapt: from single points of them, so that slopes and what these leave out are seen too.
+/// Does passes over the direct light of a range of elements that adapt. It samples single points, so that slopes and what they leave out
+/// are measured too.
 pub fn direct_in_elements(
     context: &Context,
     elements: &Elements,
@@ -116,7 +116,7 @@ pub fn direct_in_elements(
     rays.collect::<Vec<u64>>().iter().sum()
 }
 
-/// Chains of every replica; returns rays and ends, replica by replica.
+/// Traces chains of every replica. Returns rays and ends of each replica.
 pub fn chains(
     context: &Context,
     elements: &Elements,
@@ -173,7 +173,7 @@ pub fn chains(
     traced.collect()
 }
 
-/// Chains of every replica that nothing counts but how they end; returns rays and ends, replica by replica.
+/// Traces chains of every replica, of which only the ends are counted. Returns rays and ends of each replica.
 pub fn ends_of_chains(context: &Context, chains: u64) -> Vec<(u64, Ends)> {
     let replicas = (0..REPLICAS as u32).into_par_iter().with_max_len(1);
     let traced = replicas.map(|replica| {
@@ -194,8 +194,8 @@ pub fn ends_of_chains(context: &Context, chains: u64) -> Vec<(u64, Ends)> {
     traced.collect()
 }
 
-/// Chains of every replica, counted by where they leave the scene to, once they have been scattered: a packet that leaves into the cell of
-/// a direction scores Φ/Ω there, Ω the cell's solid angle. Returns rays and ends, replica by replica.
+/// Traces chains of every replica, counted by the direction in which they leave the scene after they have been scattered. A packet that
+/// leaves into the cell of a direction scores Φ/Ω there, where Ω is the cell's solid angle. Returns rays and ends of each replica.
 pub fn leaving_chains(
     context: &Context,
     set: usize,
@@ -223,10 +223,9 @@ pub fn leaving_chains(
     traced.collect()
 }
 
-/// Passes over the direct light of a range of points; returns the rays traced.
-///
-/// A task does all replicas of its points, so that the emitters are weighed once for each point; its control variate is kept for the
-/// next passes.
+/// Does passes over the direct light of a range of points. Returns the rays traced.
+/// A task does all replicas of its points, so that light sampling evaluates the emitters once for each point. The control variate of a
+/// point is stored for the next passes.
 pub fn direct_at_points(
     context: &Context,
     set: usize,
@@ -305,8 +304,8 @@ mod tests {
 
     #[test]
     fn chains_beyond_four_billion_are_chains_of_their_own() {
-        // 16 × 4,000 chains from 0, across 2³² and from 2⁴⁰ on, in a closed room of ρ = 0.5 and faces of equal light: Φ/(1−ρ)
-        // within 5 standard errors of 16 replicas (α = 2e-4; seed 3), 3% more (planted) not; and no run repeats another.
+        // 16 × 4,000 chains from 0, across 2³² and from 2⁴⁰ on, in a closed room of ρ = 0.5 and faces of equal light: Φ/(1−ρ) within 5
+        // standard errors of 16 replicas (α = 2e-4; seed 3). Planted fault: 3% more is outside. No run repeats another.
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [1,1,1], "facing": "inward", "material": "m" } ],
             "luminaires": [ { "name": "a", "type": "point", "position": [0.5,0.5,0.5], "luminous_flux_lm": 100 },
@@ -325,7 +324,7 @@ mod tests {
             let mean = run.iter().sum::<f64>() / 16.0;
             let squares: f64 = run.iter().map(|value| (value - mean).powi(2)).sum();
             let error = (squares / (16.0 * 15.0)).sqrt();
-            // Hits after the first reflection, of each packet: ρ/(1 − ρ) = 1.
+            // Hits after the first reflection, per packet: ρ/(1 − ρ) = 1.
             assert!((mean - 1.0).abs() < 5.0 * error, "{mean} ± {error}");
             assert!((1.03 * mean - 1.0).abs() > 5.0 * error, "the planted fault passed: {mean} ± {error}");
         }

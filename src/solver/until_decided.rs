@@ -7,20 +7,20 @@ use crate::control::{Forecast, Ruling, is_decided_at_look};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 
-/// To which errors runs go.
+/// The errors to which runs go.
 #[derive(Clone, Copy, Debug)]
 pub struct VerdictLadder {
     /// Stated error of the first run.
     pub first_error: f64,
-    /// No run goes to a smaller one: what lies that near its limit stays undecided.
+    /// Smallest error of a run. Requirements that close to their limits stay undecided.
     pub least_error: f64,
 }
 
-/// Error of the first run, and the least one where nobody names another.
+/// Default error of the first run, and default smallest error.
 const USUAL_ERRORS: [f64; 2] = [0.03, 0.001];
 
 impl VerdictLadder {
-    /// From the usual first error down to the least one asked for.
+    /// A ladder from the default first error down to the requested smallest error.
     pub fn down_to(least_error: Option<f64>) -> VerdictLadder {
         let [first_error, usual] = USUAL_ERRORS;
         let least_error = least_error.unwrap_or(usual);
@@ -28,12 +28,12 @@ impl VerdictLadder {
     }
 }
 
-/// A run goes to an error at which what is undecided would lie so many of its standard errors off its limit.
+/// A run goes to the error at which undecided values would be this many standard errors away from their limits.
 const ERRORS_OFF: f64 = 4.0;
-/// Least and greatest share of an error to which the next run goes.
+/// Smallest and largest ratio of the error of the next run to the present one.
 const STEP: [f64; 2] = [0.125, 0.6];
 
-/// What all runs so far took together.
+/// Total work of all runs so far.
 #[derive(Default)]
 struct TakenTogether {
     errors: Vec<String>,
@@ -43,13 +43,12 @@ struct TakenTogether {
     spending: Spending,
 }
 
-/// Solves a scene until each requirement of the maps that settings ask for is decided, or a limit comes.
-///
-/// Every run is a look, at which a requirement counts as decided beyond the tail of that look alone, so that many looks do not add up to
-/// more wrong verdicts than they may: docs/methods.md, section 22. `solve` makes one run; the solution is the last one's, or that of
-/// the one before where a limit cut the last one short and that had the larger error, with the work of all of them.
-///
+/// Solves a scene until each requirement of the requested maps is decided, or a limit comes.
+/// Every run is a look. At each look, a requirement counts as decided only beyond the tail of that look. So the wrong verdicts of many
+/// looks do not add up to more than is allowed: docs/methods.md, section 22. `solve` makes one run. The solution is that of the last run.
+/// If a limit cut the last run short and left it with the larger error, it is that of the run before. Its work is that of all runs.
 /// # Errors
+/// Errors of a run.
 ///
 /// Those of a run.
 pub fn solve_to_verdicts<E>(
@@ -91,7 +90,7 @@ pub fn solve_to_verdicts<E>(
 }
 
 impl TakenTogether {
-    /// Adds a run; what its rows of convergence count goes on from the runs before.
+    /// Adds a run. The counts in its convergence rows continue from the runs before.
     fn add(&mut self, solution: &mut Solution, error: f64) {
         for row in &mut solution.convergence {
             row.rays += self.rays;
@@ -105,7 +104,7 @@ impl TakenTogether {
         self.spending += solution.spending;
     }
 
-    /// Tells of all runs in the last one's solution.
+    /// Writes the totals of all runs into the last solution.
     fn tell(self, solution: &mut Solution) {
         let runs = match self.errors.len() {
             1 => "a run".to_owned(),
@@ -125,7 +124,7 @@ fn is_open(verdict: &Verdict, look: u32) -> bool {
     }
 }
 
-/// Share of the present error at which a value would be far enough from its limit.
+/// Ratio of the error at which a value would be far enough from its limit to the present error.
 fn step_of(verdict: &Verdict) -> f64 {
     match &verdict.finding {
         Finding::Value { estimate, .. } if estimate.standard_error > 0.0 => {

@@ -1,4 +1,4 @@
-//! What a solution says of the scene's requirements.
+//! Verdicts of a solution on the scene's requirements.
 
 use super::glare_rating::worst_of_sets;
 use super::{GlareRating, Solution};
@@ -7,43 +7,43 @@ use crate::control::{Certainty, Limit, Ruling, certainty};
 use crate::maps::{Estimate, MapKind, MapResult};
 use crate::scene::{Measure, ReceiverSet, Requirement, Scene};
 
-/// How much a rating changes by the logarithm of the background.
+/// Change of a rating per change of the logarithm of the background.
 const RATING_PER_LOG: f64 = 8.0 / std::f64::consts::LN_10;
 
-/// A place that keeps a limit by so many of its standard errors does not miss it by chance.
+/// A point that meets a limit by this many of its standard errors does not miss it by chance.
 const FAR_ENOUGH: f64 = 4.0;
 
-/// A requirement of a receiver set and whether it is kept.
+/// A requirement of a receiver set and its verdict.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// The set's place among the scene's receiver sets.
+    /// Index of the set among the scene's receiver sets.
     pub set: usize,
-    /// What is required.
+    /// The requirement.
     pub requirement: Requirement,
-    /// What was found.
+    /// The finding.
     pub finding: Finding,
 }
 
-/// What was found of a requirement.
+/// Finding on a requirement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// A value, with what its error says of the limit; where a statistical check failed, that is not relied on.
+    /// A value, and its certainty relative to the limit. If a statistical check failed, the certainty is not used.
     Value {
-        /// The value with its error, that of the method included.
+        /// The value with its error, including that of the method.
         estimate: Estimate,
-        /// What it says.
+        /// Certainty that the requirement is met or missed.
         certainty: Certainty,
-        /// Whether the error is to be relied on.
+        /// Whether the error is reliable.
         is_reliable: bool,
     },
-    /// No luminaire glares: the rating lies below the scale.
+    /// No luminaire causes glare: the rating is below the scale.
     BelowScale,
-    /// Nothing, with the reason.
+    /// No value, with the reason.
     Nothing(&'static str),
 }
 
 impl Verdict {
-    /// Whether the requirement is kept.
+    /// Whether the requirement is met, missed or undecided.
     pub fn ruling(&self) -> Ruling {
         match &self.finding {
             Finding::Value { certainty, is_reliable: true, .. } => certainty.ruling,
@@ -52,7 +52,7 @@ impl Verdict {
         }
     }
 
-    /// Why it is undecided though the interval may say more; `None` where the interval tells.
+    /// Why it is undecided even if the interval alone may decide it; `None` if the interval decides.
     pub fn doubt(&self) -> Option<&'static str> {
         match self.finding {
             Finding::Value { is_reliable: false, .. } => Some("a statistical check failed"),
@@ -63,12 +63,12 @@ impl Verdict {
 }
 
 /// Verdicts on all requirements of a scene, set by set in file order.
-///
-/// The error of a value is that of the tables and, in quadrature, what even and odd halves share: the bias that the map states.
+/// The error of a value is that of the tables combined in quadrature with the error that even and odd halves share: the bias that the map
+/// states.
 pub fn verdicts(scene: &Scene, solution: &Solution) -> Vec<Verdict> {
     let worst = worst_of_sets(&solution.glare);
     let mut verdicts = Vec::new();
-    // Of ten thousand sets each is found at once.
+    // A direct index: with ten thousand sets a search for each would take long.
     let mut maps: Vec<Option<&MapResult>> = vec![None; scene.receivers.len()];
     for map in solution.maps.iter().rev() {
         if let MapKind::Receivers(set) = map.kind {
@@ -101,7 +101,7 @@ fn of_rating(solution: &Solution, rating: Option<&GlareRating>, map: &MapResult,
             let places: Vec<Estimate> = of_set.filter_map(|rating| rating.ugr).collect();
             found(map, requirement, ugr, bias, &places, [0.0, f64::INFINITY])
         }
-        // Without glare the rating is below the scale's beginning, and no limit lies there.
+        // Without glare the rating is below the start of the scale, and no limit is there.
         None if rating.is_low() && requirement.limit >= LEAST_RATING => Finding::BelowScale,
         None => Finding::Nothing("nothing lights the background"),
     }
@@ -115,7 +115,7 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     if !measure.is_illuminance() && row.average_lx.value <= 0.0 {
         return Finding::Nothing("no light was found");
     }
-    // What each place would make of the value, were it the least or the greatest.
+    // The value that each point would give if it were the least or the greatest.
     let places = |over: f64| -> Vec<Estimate> {
         let place = |(point, _): (Estimate, f64)| Estimate {
             value: point.value / over,
@@ -123,7 +123,8 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         };
         map.counted(&receivers.points).map(place).collect()
     };
-    // By how many places there are the verdict itself knows of the pull.
+    // The verdict itself accounts for the pull of random error on extreme values, by the number of points. So it is removed from the error
+    // here.
     let alone = |told: Estimate, pulled: f64| Estimate {
         standard_error: (told.standard_error.powi(2) - pulled.powi(2)).max(0.0).sqrt(),
         ..told
@@ -143,16 +144,16 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
             (alone(row.uniformity_ud, pulled), places(greatest_lx))
         }
     };
-    // Without replicas all of the stated error is bias, and the row tells it.
+    // Without replicas the stated error is all bias, and the row contains it.
     let bias = if row.replica_averages_lx.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };
     let greatest = if measure.is_illuminance() { f64::INFINITY } else { 1.0 };
     found(map, requirement, estimate, bias, &places, [0.0, greatest])
 }
 
-/// Relative differences of sums that are rounding alone.
+/// Relative differences of sums up to which they are only rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Least direct light, or that over the greatest: of light that has met nothing on its way, with the share of the flux that counts.
+/// The least direct light, or its ratio to the greatest: light that has met nothing on its way, times the share of the flux that counts.
 fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
     let (values, errors_lx) = (&map.values.direct_lx, &map.values.direct_standard_error_lx);
     if errors_lx.len() != values.len() {
@@ -162,7 +163,7 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
     let points: Vec<Estimate> = counted
         .map(|(index, _)| Estimate {
             value: requirement.flux_factor * values[index],
-            // Replicas that agree but for rounding agree.
+            // Replicas that differ only by rounding count as equal.
             standard_error: match errors_lx[index] > ROUNDING * values[index] {
                 true => requirement.flux_factor * errors_lx[index],
                 false => 0.0,
@@ -190,7 +191,7 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
     found(map, requirement, told, 0.0, &places, [0.0, 1.0])
 }
 
-/// Judges a value by its error, and by the places that it is the least or greatest of; for a mean there are none.
+/// Judges a value by its error, and by the points of which it is the least or greatest; for a mean there are none.
 fn found(
     map: &MapResult,
     requirement: &Requirement,

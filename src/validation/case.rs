@@ -1,4 +1,4 @@
-//! A validation case as its folder tells it: a scene, runs, and what is compared with which truth.
+//! A validation case read from its folder: a scene, its runs, and what is compared with which reference (truth).
 
 use std::path::{Path, PathBuf};
 
@@ -17,35 +17,35 @@ use crate::check::scene_from_json;
 use crate::methods::MeshChoice;
 use crate::scene::{Scene, SceneError};
 
-/// The file that makes a folder a case.
+/// The file that marks a folder as a case.
 pub const CASE_FILE: &str = "case.json";
 
-/// A case, read and checked: every run has its scene and its comparisons.
+/// A case, read and checked. Every run has its scene and its comparisons.
 #[derive(Debug)]
 pub struct Case {
     /// The folder's name.
     pub name: String,
-    /// The folder.
+    /// Path of the folder.
     pub folder: PathBuf,
     /// One line for the heading.
     pub title: String,
     /// The physics in two sentences.
     pub physics: String,
-    /// What a reader should know besides, such as where a published table is wrong.
+    /// Further remarks for the reader, such as where a published table is wrong.
     pub remarks: Vec<String>,
-    /// Where the truth and the geometry come from.
+    /// Sources of the truth and of the geometry.
     pub sources: Vec<String>,
     /// Groups that the case belongs to.
     pub groups: Vec<String>,
     /// The runs in order, at least one.
     pub runs: Vec<CaseRun>,
-    /// The run that `luxmc compare` climbs its ladder on.
+    /// Index of the run on which `luxmc compare` climbs its ladder.
     pub ladder_run: usize,
-    /// Rooms that its truths have solved.
+    /// Cache of rooms that its truths have solved.
     pub(super) rooms: RoomCache,
 }
 
-/// One scene with settings and what is compared after it.
+/// One scene with settings, and what is compared after the run.
 #[derive(Debug)]
 pub struct CaseRun {
     /// Name in tables.
@@ -54,13 +54,13 @@ pub struct CaseRun {
     pub scene: Scene,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Target of the stated error, if the run has one.
+    /// Target for the stated error, if the run has one.
     pub target_error: Option<f64>,
-    /// Chains for every map, if fixed.
+    /// Number of chains for every map, if fixed.
     pub chains: Option<u64>,
-    /// Longest time in s.
+    /// Time limit in s.
     pub time_limit_s: Option<f64>,
-    /// Method, if the run names one; else forward chains and walks.
+    /// Method, if the run names one; otherwise forward chains and walks.
     pub method: Option<RunMethod>,
     /// What is compared.
     pub comparisons: Vec<Comparison>,
@@ -101,11 +101,11 @@ struct RunSpec {
 }
 
 impl Case {
-    /// Reads the case of a folder.
+    /// Reads the case in a folder.
     ///
     /// # Errors
     ///
-    /// Anything that is missing, malformed or unknown in the case, its scene or its reference, with a remedy.
+    /// Anything missing, malformed or unknown in the case, its scene or its reference. The error names a remedy.
     pub fn read(folder: &Path) -> Result<Case, CaseError> {
         let path = folder.join(CASE_FILE);
         let text = read_text(&path, "the case cannot be read")?;
@@ -115,7 +115,7 @@ impl Case {
         Case::of_value(folder_name(folder), folder, &path, value)
     }
 
-    /// A case from its JSON; `folder` is where the files are that it names, `path` what errors name.
+    /// Builds a case from its JSON. `folder` contains the files that it names; `path` appears in errors.
     pub(super) fn of_value(name: String, folder: &Path, path: &Path, value: Value) -> Result<Case, CaseError> {
         let file: CaseFile = typed(path, "", value)?;
         check_file(path, &file)?;
@@ -171,7 +171,7 @@ impl Case {
     }
 }
 
-/// Name of a folder; of `.` its real name.
+/// Name of a folder; for `.` its real name.
 pub fn folder_name(folder: &Path) -> String {
     let real = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
     real.file_name().map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
@@ -263,7 +263,7 @@ fn read_run(
     })
 }
 
-/// The method that a run names, and its mesh.
+/// The method that a run names, with its mesh.
 fn method_of(path: &Path, run: &RunSpec) -> Result<Option<RunMethod>, CaseError> {
     let refuse = |what: &str, got: String, expected: String| {
         let what = format!("the run \"{}\": {what}", run.name);

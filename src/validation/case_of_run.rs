@@ -1,4 +1,4 @@
-//! A case made of a scene and a stored long run of it: `luxmc compare SCENE --truth DIR`.
+//! Builds a case from a scene and a stored long run of it: `luxmc compare SCENE --truth DIR`.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use super::comparison::ELEMENT_MAP;
 use super::error::CaseError;
 use super::fields::read_text;
 
-/// A case that compares every map of a stored run; its runs have seeds that follow the stored one's.
+/// Builds a case that compares every map of a stored run. The seeds of its runs follow the stored run's seed.
 ///
 /// # Errors
 ///
-/// A scene that is refused, a directory without results, results of another scene.
+/// A refused scene, a directory without results, or results of another scene.
 pub fn case_of_stored_run(scene: &Path, run: &Path) -> Result<Case, CaseError> {
     let path = run.join("summary.json");
     let text = read_text(&path, "the stored run cannot be read: name the directory of a luxmc solve")?;

@@ -6,33 +6,33 @@ use super::exact::LightPart;
 use super::fields::Fraction;
 use super::truth_spec::TruthSpec;
 
-/// What is compared with what, and when it passes.
+/// What is compared with which truth, and when it passes.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
     /// Name in the report.
     pub name: String,
-    /// Averages, points or elements.
+    /// Kind of the numbers: averages, points, elements or a UGR rating.
     pub what: What,
-    /// Name of the map; without it `elements`.
+    /// Name of the map; default `elements`.
     #[serde(default = "element_map")]
     pub map: String,
     /// A surface (or all of a geometry) to which an element comparison or an average is restricted.
     pub surface: Option<String>,
-    /// Which part of the light.
+    /// Part of the light that is compared.
     #[serde(default)]
     pub light: LightPart,
-    /// The exact numbers.
+    /// Source of the exact numbers.
     pub truth: TruthSpec,
     /// Published numbers to show beside the exact ones.
     pub beside: Option<PublishedNumbers>,
-    /// When it passes.
+    /// Condition to pass.
     pub criterion: Criterion,
-    /// Names of the points, where they have some.
+    /// Names of the points, if they have names.
     pub labels: Option<Vec<String>>,
-    /// Horizontal axis of the plot; without it the entries in order.
+    /// Horizontal axis of the plot; without it the entries appear in order.
     pub axis: Option<Axis>,
-    /// Names of the runs that it belongs to; without it all.
+    /// Names of the runs that the comparison belongs to; without them all runs.
     pub runs: Option<Vec<String>>,
 }
 
@@ -43,7 +43,7 @@ fn element_map() -> String {
     ELEMENT_MAP.to_owned()
 }
 
-/// What kind of numbers are compared.
+/// Kind of the compared numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum What {
@@ -53,19 +53,19 @@ pub enum What {
     Points,
     /// Every element of the map.
     Elements,
-    /// The rating of an observer; what is called illuminance in lx is then UGR.
+    /// The UGR rating of an observer. Fields called illuminance in lx then contain UGR values.
     Ugr,
 }
 
 impl What {
-    /// Whether it is a number a run, put into one table with those of other runs.
+    /// Returns whether each run gives one number, so that one table shows the numbers of several runs.
     pub fn is_one_number(self) -> bool {
         matches!(self, What::Average | What::Ugr)
     }
 }
 
 impl Comparison {
-    /// Whether a surface, or the geometry that it is a part of, is compared.
+    /// Returns whether a surface belongs to the comparison, by its name or by its geometry's name.
     pub fn takes_in(&self, surface: &str, geometry: &str) -> bool {
         self.surface.as_ref().is_none_or(|wanted| wanted == surface || wanted == geometry)
     }
@@ -75,25 +75,26 @@ impl Comparison {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedNumbers {
-    /// Whose numbers they are.
+    /// Source of the numbers.
     pub name: String,
     /// The column; empty cells are skipped.
     pub column: Option<String>,
-    /// The number in lx; `null` where there is none.
+    /// The number in lx; `null` if there is none.
     pub value_lx: Option<f64>,
 }
 
-/// When a comparison passes. Whatever is named must hold; that deviations fit their error bars must hold always.
+/// Conditions for a comparison to pass. Every condition that is given must hold. Deviations must always be consistent with their
+/// error bars.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Criterion {
-    /// No value deviates by more than this part of the exact one.
+    /// Maximum deviation of every value, relative to the exact value.
     pub worst: Option<Fraction>,
-    /// No value deviates by more than this, in the unit of what is compared.
+    /// Maximum deviation of every value, in the unit of the compared values.
     pub worst_difference: Option<f64>,
-    /// The true relative RMS error of the map is at most this.
+    /// Maximum of the map's true relative RMS error.
     pub true_error: Option<Fraction>,
-    /// The error bars cover the truth as often as they claim, at this level of significance.
+    /// Level of significance at which the error bars must cover the truth as often as they claim.
     pub coverage_alpha: Option<f64>,
 }
 
@@ -103,7 +104,7 @@ pub struct Criterion {
 pub struct Axis {
     /// `x`, `y`, `z`: a coordinate in m.
     pub along: Along,
-    /// What the axis says.
+    /// Label of the axis.
     pub label: String,
 }
 

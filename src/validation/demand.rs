@@ -1,4 +1,4 @@
-//! How accurate a run must be for its case: what a method that stops by a target is asked for where the case fixes none.
+//! The accuracy that a case requires of a run: the target for methods that stop by a target, where the case gives none.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -10,27 +10,27 @@ use super::run_method::RunMethod;
 use super::statistics::ComparedEntry;
 use crate::solver::{DEFAULT_TARGET_ERROR, Settings};
 
-/// Chance that one of the values passes its bound though the stated error is the true one.
+/// Probability that one of the values exceeds its bound although the stated error is the true error.
 const ONE_IN_A_HUNDRED: f64 = 0.01;
-/// Part of a bound on the RMS error that a run may use: what it states has chance of its own.
+/// Share of a bound on the RMS error that a run may use, because the stated error is itself uncertain.
 const SHARE_OF_RMS: f64 = 0.8;
 
-/// Part of a map's RMS error that all of its values may share, and that a mean keeps: chance averages out in it, and what a mesh
-/// does changes its sign from place to place.
+/// Assumed share of a map's RMS error that is common to all its values and remains in their mean. Random errors average out in a
+/// mean, and mesh errors change their sign from point to point.
 const SHARED_BY_ALL: f64 = 0.5;
 
-/// Maps of a run that one stop rule serves, and what is compared in them.
+/// Maps of a run that one stop rule serves, and their comparisons.
 pub struct Part {
-    /// Name of the map, where it is one of several parts.
+    /// Name of the map, if it is one of several parts.
     pub map: Option<String>,
-    /// Settings of its own.
+    /// Settings of this part.
     pub settings: Settings,
-    /// Numbers of its comparisons in the run.
+    /// Indices of its comparisons in the run.
     pub comparisons: Vec<usize>,
 }
 
-/// Divides a run into parts with a stop rule each; `exact` belongs to the run's comparisons. Only a method that is left
-/// without any rule is asked for what the criteria need, map by map; else the run is one part.
+/// Divides a run into parts, each with a stop rule. `exact` belongs to the run's comparisons. Only a method without any stop rule
+/// gets targets from the criteria, map by map. Otherwise the run is one part.
 pub fn parts_of(run: &CaseRun, method: Option<&RunMethod>, exact: &[ExactSide]) -> Vec<Part> {
     let settings = settings_of(run);
     let all: Vec<usize> = (0..run.comparisons.len()).collect();
@@ -48,11 +48,12 @@ pub fn parts_of(run: &CaseRun, method: Option<&RunMethod>, exact: &[ExactSide]) 
         let needed = numbers.iter().filter_map(|number| {
             let comparison = &run.comparisons[*number];
             let exact = &exact[*number];
-            // A target is of all light, a comparison perhaps of a part of it; where there is none of that part, nothing is asked.
+            // A target applies to all light, a comparison perhaps to a part of it. Without light in that part nothing is required.
             let needed = needed_error(comparison.what, &comparison.criterion, exact.entries())
                 .map(|needed| exact.share_of_all() * needed)
                 .filter(|needed| *needed > 0.0);
-            // A loose criterion is no reason for less than usual: what is compared may be darker than its map.
+            // A loose criterion never gives a target looser than the default, since the compared values may be darker than their
+            // map.
             needed.map(|needed| needed.min(DEFAULT_TARGET_ERROR))
         });
         needed.reduce(f64::min)
@@ -71,17 +72,17 @@ pub fn parts_of(run: &CaseRun, method: Option<&RunMethod>, exact: &[ExactSide]) 
         .collect()
 }
 
-/// The relative RMS error, over the mean, at which a map meets a criterion; `None` where the criterion asks for no
-/// accuracy. Errors are taken to be equally large everywhere, in lx.
+/// The RMS error relative to the mean at which a map meets a criterion; `None` if the criterion requires no accuracy. Errors are
+/// assumed to be equally large everywhere, in lx.
 fn needed_error(what: What, criterion: &Criterion, exact: &[ComparedEntry]) -> Option<f64> {
-    // Where all is dark, any light is wrong, and no accuracy brings it about.
+    // In a map that must be completely dark, no accuracy target can make a wrong value right.
     if exact.iter().all(|entry| entry.exact.value_lx <= 0.0) {
         return None;
     }
     let of_rms = criterion.true_error.map(|most| SHARE_OF_RMS * most.0);
     let of_worst = criterion.worst.map(|most| match what {
         What::Average | What::Ugr => most.0 / SHARED_BY_ALL,
-        // Every value is judged by its own size, and one of many strays far.
+        // Every value is judged relative to itself, and one of many values deviates far.
         What::Points | What::Elements => {
             let weight: f64 = exact.iter().map(|entry| entry.weight).sum();
             let mean_lx = exact.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
@@ -108,7 +109,7 @@ mod tests {
         values_lx.iter().map(entry).collect()
     }
 
-    /// Of nine values, one in a hundred has one beyond 3.26 normal deviations; the darkest has a third of the mean.
+    /// Of nine values, one exceeds 3.26 normal deviations with a probability of 1 %. The darkest value has a third of the mean.
     #[test]
     fn a_run_is_asked_for_what_its_worst_value_may_be_off_by() {
         let exact = entries(&[50.0, 150.0, 150.0, 150.0, 150.0, 150.0, 150.0, 200.0, 200.0]);
@@ -125,7 +126,7 @@ mod tests {
         let both = needed_error(What::Points, &asks(Some(0.003), Some(0.0001), None), &exact);
         assert_eq!(both, Some(0.00008));
         assert_eq!(needed_error(What::Elements, &asks(None, None, Some(0.001)), &exact), None);
-        // Places without light do not ask for errors of 0.
+        // Points without light do not require errors of 0.
         let needed = needed_error(What::Points, &asks(Some(0.003), None, None), &entries(&[0.0, 10.0]));
         assert!(needed.is_some_and(|needed| needed > 0.0005));
         assert_eq!(needed_error(What::Elements, &asks(Some(0.00001), None, None), &entries(&[0.0, 0.0])), None);

@@ -1,20 +1,20 @@
-//! Why a validation case could not be used.
+//! Errors of validation cases that cannot be used.
 
 use std::path::{Path, PathBuf};
 
-/// A case that was refused before anything ran.
+/// A case that is refused before any run.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}\n  in {}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}", path.display())]
 pub struct CaseError {
-    /// File or directory.
+    /// File or directory with the problem.
     pub path: PathBuf,
     /// What is wrong, in one sentence.
     pub what: String,
-    /// What stands there.
+    /// What was found.
     pub got: String,
-    /// What could stand there.
+    /// What was expected.
     pub expected: String,
-    /// What to do about it.
+    /// What the user can do about it.
     pub remedy: String,
 }
 

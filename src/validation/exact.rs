@@ -1,17 +1,17 @@
-//! Exact values, and what of a scene they are asked for.
+//! Exact values, and the points, elements and averages of a scene that have them.
 
 use glam::DVec3;
 use serde::Deserialize;
 
-/// Which part of the light is compared.
+/// Part of the light that is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LightPart {
-    /// What has met nothing on its way.
+    /// Direct light, which has met no surface on its way.
     Direct,
-    /// The rest.
+    /// Indirect light: the rest.
     Indirect,
-    /// All of it.
+    /// All light.
     #[default]
     Total,
 }
@@ -27,16 +27,16 @@ impl LightPart {
     }
 }
 
-/// What is asked about.
+/// Where an exact value is needed.
 #[derive(Clone, Copy, Debug)]
 pub enum TruthSite<'a> {
-    /// A point of a receiver set and its place in it.
+    /// A point of a receiver set and its index in it.
     Point {
-        /// Place in m.
+        /// Position in m.
         position_m: DVec3,
         /// Unit normal of the receiving side.
         normal: DVec3,
-        /// Place in the set.
+        /// Index in the set.
         index: usize,
     },
     /// The mean over an element.
@@ -45,27 +45,27 @@ pub enum TruthSite<'a> {
         corners_m: [DVec3; 3],
         /// Its surface.
         surface: &'a str,
-        /// Place in the map.
+        /// Index in the map.
         index: usize,
     },
-    /// The mean over a surface, or over all of a map.
+    /// The mean over a surface or over a whole map.
     Average {
-        /// The surface, if it is one.
+        /// The surface, if the mean is over one.
         surface: Option<&'a str>,
     },
 }
 
-/// An exact value with what stands between it and the scene that is solved, all in lx.
+/// An exact value and its differences from the scene that is solved, all in lx.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exact {
     /// The value.
     pub value_lx: f64,
-    /// Error of the value itself.
+    /// Uncertainty of the value itself.
     pub uncertainty_lx: f64,
-    /// What the discretisation changes: mesh against ideal shape, or element mean against the value at its centre.
+    /// Change by the discretisation: mesh against ideal shape, or element mean against the value at its centre.
     pub discretisation_lx: f64,
     /// The part of the discretisation that the value does not account for.
     pub unaccounted_lx: f64,
-    /// Upper estimate of what the finite model lacks.
+    /// Upper estimate of the light that the finite model lacks.
     pub truncation_lx: f64,
 }

@@ -1,4 +1,4 @@
-//! The exact side of a comparison: made once, whatever and however often is measured beside it.
+//! The exact values of a comparison, computed once for any number of measured runs.
 
 use super::case::{CASE_FILE, Case, CaseRun};
 use super::comparison::{Along, Comparison, ELEMENT_MAP, PublishedNumbers, What};
@@ -10,7 +10,7 @@ use super::truth::Truth;
 use crate::scene::{Elements, Scene};
 use crate::solver::Solution;
 
-/// Exact values of everything that a comparison asks for.
+/// Exact values of all entries of a comparison.
 pub struct ExactSide<'a> {
     case: &'a Case,
     run: &'a CaseRun,
@@ -24,7 +24,7 @@ impl<'a> ExactSide<'a> {
     ///
     /// # Errors
     ///
-    /// A truth that cannot tell what is asked.
+    /// A truth that does not give the requested values.
     pub fn new(case: &'a Case, run: &'a CaseRun, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
         let truth = Truth::prepare(comparison, &run.scene, &case.rooms, &case.folder)?;
         let made = |comparison: &Comparison| match comparison.what {
@@ -37,7 +37,7 @@ impl<'a> ExactSide<'a> {
             |entries: &[ComparedEntry]| entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>();
         let share_of_all = match comparison.light {
             LightPart::Total => 1.0,
-            // Where the truth knows one part alone, that stands for all.
+            // If the truth has only one part of the light, that part counts as all light.
             LightPart::Direct | LightPart::Indirect => {
                 made(&Comparison { light: LightPart::Total, ..comparison.clone() })
                     .map_or(1.0, |all| (sum_lx(&entries) / sum_lx(&all)).clamp(0.0, 1.0))
@@ -55,7 +55,7 @@ impl<'a> ExactSide<'a> {
         Ok(ExactSide { case, run, comparison, exact, share_of_all })
     }
 
-    /// What the compared part of the light is of all light, 0 to 1.
+    /// Share of the compared part of the light in all light, 0 to 1.
     pub fn share_of_all(&self) -> f64 {
         self.share_of_all
     }
@@ -65,11 +65,11 @@ impl<'a> ExactSide<'a> {
         &self.exact.entries
     }
 
-    /// Puts a run's numbers beside them.
+    /// Returns the exact values together with a run's measured values.
     ///
     /// # Errors
     ///
-    /// A map that does not give what is compared.
+    /// A map without the compared values.
     pub fn beside(&self, solution: &Solution) -> Result<EntrySet, CaseError> {
         let mut set = self.exact.clone();
         fill_in_measured(&mut set, self.run, self.comparison, solution)
@@ -125,7 +125,7 @@ fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<C
     Ok(entries)
 }
 
-/// A coordinate as a label writes it: to the micrometre.
+/// Rounds a coordinate to the micrometre for a label.
 fn rounded(along_m: f64) -> f64 {
     (along_m * 1e6).round() / 1e6
 }

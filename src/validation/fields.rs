@@ -1,4 +1,4 @@
-//! What case files are read by: their texts, percentages, and numbers that runs fill in.
+//! Reading of case files: texts, percentages, and numbers that runs fill in.
 
 use std::path::Path;
 
@@ -7,11 +7,11 @@ use serde_json::{Map, Value};
 
 use super::error::CaseError;
 
-/// The text of a file; `what` says what is wrong where it cannot be read.
+/// Reads the text of a file. `what` describes the error if it cannot be read.
 ///
 /// # Errors
 ///
-/// A file that is missing, or not text.
+/// A file that is missing or is not text.
 pub(super) fn read_text(path: &Path, what: &str) -> Result<String, CaseError> {
     std::fs::read_to_string(path).map_err(|error| {
         let remedy = "check the name and the right to read it";
@@ -41,11 +41,11 @@ impl<'de> Deserialize<'de> for Fraction {
     }
 }
 
-/// Replaces every text `"$name"` of a value by what the run gives for that name.
+/// Replaces every text `"$name"` in a value by what the run gives for that name.
 ///
 /// # Errors
 ///
-/// The name that no run gives.
+/// The name that the run does not give.
 pub(super) fn fill_in(value: &Value, given: &Map<String, Value>) -> Result<Value, String> {
     Ok(match value {
         Value::String(text) if text.starts_with('$') => {

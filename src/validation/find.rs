@@ -1,31 +1,31 @@
-//! Finds cases at run time: a folder with a `case.json` is a case, and nothing else needs to know of it.
+//! Finds cases at run time: every folder with a `case.json` is a case, without further registration.
 
 use std::path::{Path, PathBuf};
 
 use super::case::{CASE_FILE, Case};
 use super::error::CaseError;
 
-/// The folder that holds cases, as it is called.
+/// Name of the folder that contains the cases.
 const CASES_FOLDER: &str = "validation";
-/// Groups that may have no case yet without being a misspelt name.
+/// Groups that may have no case yet. They do not count as misspelt names.
 const KNOWN_GROUPS: [&str; 4] = ["all", "quick", "hard", "calibration"];
 
-/// What was asked for and found.
+/// Result of a search for cases.
 #[derive(Debug)]
 pub struct FoundCases {
-    /// The cases, each once, by name.
+    /// The cases, each once, sorted by name.
     pub cases: Vec<Case>,
     /// Known groups that have no case.
     pub empty_groups: Vec<String>,
 }
 
-/// Finds the cases that names stand for: cases, groups, or paths of case folders; no name means the group `all`.
+/// Finds the cases for a list of names: cases, groups, or paths of case folders. An empty list means the group `all`.
 ///
-/// Cases lie in `cases_dir`, else in `./validation`, else in a `validation` folder beside or above the executable.
+/// Cases are in `cases_dir`, otherwise in `./validation`, otherwise in a `validation` folder beside or above the executable.
 ///
 /// # Errors
 ///
-/// A name that is neither, a missing folder, a malformed case.
+/// An unknown name, a missing folder, a malformed case.
 pub fn find_cases(names: &[String], cases_dir: Option<&Path>) -> Result<FoundCases, CaseError> {
     let names = if names.is_empty() { vec!["all".to_owned()] } else { names.to_vec() };
     let mut folders: Vec<PathBuf> = Vec::new();
@@ -44,7 +44,7 @@ pub fn find_cases(names: &[String], cases_dir: Option<&Path>) -> Result<FoundCas
             continue;
         }
 
-        // A group: only now every case has to be read.
+        // Only a group requires every case to be read.
         if library.is_none() {
             library = Some(case_folders(&folder)?.iter().map(|folder| Case::read(folder)).collect::<Result<_, _>>()?);
         }

@@ -1,26 +1,26 @@
-//! Forecasts that runs made, held against what came true.
+//! Compares the forecasts that runs made with the actual result.
 
 use crate::solver::ConvergenceRow;
 
-/// Shares of a run's rays at which its forecasts are judged.
+/// Shares of a run's rays at which its forecasts are compared.
 pub const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
 
-/// A forecast during a run, held against what came true.
+/// A forecast during a run, compared with the actual result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgedForecast {
-    /// Share of the run's rays that were done.
+    /// Share of the run's rays traced at the time of the forecast.
     pub share: f64,
-    /// Forecast of its rays over what these came to.
+    /// Forecast of the run's rays over their actual number.
     pub ratio: f64,
-    /// Whether the interval held them.
+    /// Whether the forecast interval contains the actual number of rays.
     pub holds: bool,
-    /// The same of seconds.
+    /// Forecast of the run's seconds over the actual seconds.
     pub seconds_ratio: f64,
-    /// Whether their interval held them.
+    /// Whether the forecast interval contains the actual seconds.
     pub holds_seconds: bool,
 }
 
-/// The forecasts of a run that has ended, in order.
+/// Compares the forecasts of a finished run, in order.
 pub fn judged_forecasts(rows: &[ConvergenceRow]) -> Vec<JudgedForecast> {
     let Some((end, before)) = rows.split_last() else {
         return Vec::new();
@@ -36,25 +36,25 @@ pub fn judged_forecasts(rows: &[ConvergenceRow]) -> Vec<JudgedForecast> {
     before.iter().filter(|row| row.rays > 0).map(judged).collect()
 }
 
-/// What forecasts of many runs came to once so much of each was done.
+/// Statistics over the forecasts of many runs at a given share of each run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForecastSums {
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Those that had made a forecast by then.
+    /// Number of runs that had made a forecast by then.
     pub told: usize,
-    /// By what share their rays were off, in the median.
+    /// Relative error of the forecast rays, median.
     pub off: f64,
-    /// Share of the intervals that held.
+    /// Share of intervals that contained the actual rays.
     pub held: f64,
-    /// The same of seconds.
+    /// Relative error of the forecast seconds, median.
     pub seconds_off: f64,
-    /// Share of their intervals that held.
+    /// Share of intervals that contained the actual seconds.
     pub seconds_held: f64,
 }
 
 impl ForecastSums {
-    /// Of runs, each with its forecasts in order: the latest that a run had made by then counts.
+    /// Computes the statistics of runs, each with its forecasts in order. The latest forecast of a run up to `share` counts.
     pub fn at<'a>(share: f64, runs: impl Iterator<Item = &'a [JudgedForecast]>) -> ForecastSums {
         let latest: Vec<Option<&JudgedForecast>> =
             runs.map(|forecasts| forecasts.iter().rfind(|forecast| forecast.share <= share)).collect();
@@ -74,7 +74,7 @@ impl ForecastSums {
     }
 }
 
-/// The median of some numbers; 0 without any.
+/// The median of the numbers; 0 if there are none.
 pub fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
     numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
@@ -85,8 +85,8 @@ mod tests {
     use super::*;
     use crate::control::Forecast;
 
-    /// A run of 100 rays whose forecasts at 1 and at 10 of them are off by a half and by a tenth: what counts at 5 % of it is the first,
-    /// at 20 % the second, and the end is no forecast.
+    /// A run of 100 rays has forecasts at 1 and at 10 rays with errors of a half and a tenth. At 5 % of the run the first counts,
+    /// at 20 % the second. The end of the run is not a forecast.
     #[test]
     fn the_latest_forecast_by_then_is_judged() {
         let row = |rays: u64, rays_to_come: Forecast| ConvergenceRow {

@@ -1,4 +1,4 @@
-//! Speed against error: a method climbs from few chains to many, each time judged against the truth.
+//! Speed against error: a method runs with more and more chains, and each run is compared with the truth.
 
 use super::case::{Case, CaseRun};
 use super::comparison::Comparison;
@@ -8,47 +8,48 @@ use super::measure::Stopwatch;
 use super::methods::{Climb, ComparedMethod};
 use crate::solver::{ElementChoice, MapSelection, Settings};
 
-/// Chains a map on the lowest rung.
+/// Chains per map on the lowest rung.
 const FIRST_CHAINS: u64 = 1024;
-/// Target on the lowest rung of a method that climbs by targets.
+/// Target error on the lowest rung of a method that climbs by targets.
 const FIRST_TARGET: f64 = 1.0;
-/// The next target over the error that a rung stated.
+/// Factor from the stated error of a rung to the next target.
 const UNDER: f64 = 0.99;
-/// Runs with different seeds on a rung, as long as they are cheap: the error of a map of few points is itself noisy.
+/// Runs with different seeds on a rung while they are cheap. They reduce the noise in the error of a map of few points.
 const REPEATS: usize = 4;
-/// A rung is repeated while one run takes less than this part of the budget.
+/// A rung is repeated while one run takes less than this share of the time budget.
 const CHEAP: f64 = 1.0 / 16.0;
-/// Rungs whose time is below this part of the last one's tell of building and piloting, not of convergence.
+/// Rungs that take less than this share of the last rung's time are not fitted. Their time is mostly building and pilots, not
+/// convergence.
 const FITTED_FROM: f64 = 1.0 / 64.0;
 
-/// Errors to which times are told.
+/// Relative errors for which times are reported.
 pub const LEVELS: [f64; 3] = [0.03, 0.01, 0.003];
 
-/// A method's climb on one map of a case.
+/// The climb of a method on one map of a case.
 #[derive(Clone, Debug)]
 pub struct Ladder {
-    /// Case.
+    /// Name of the case.
     pub case: String,
-    /// Run of the case.
+    /// Name of the run of the case.
     pub run: String,
-    /// Comparison whose truth it was judged by.
+    /// Name of the comparison with the truth.
     pub comparison: String,
-    /// Method.
+    /// Name of the method.
     pub method: String,
     /// Name of the estimator that the method used.
     pub estimator: String,
-    /// Its rungs, from cheap to dear.
+    /// Its rungs, from cheap to expensive.
     pub rungs: Vec<Rung>,
-    /// Error against seconds, where there are rungs enough.
+    /// Error against seconds, if there are enough rungs.
     pub by_time: Option<LadderFit>,
-    /// Error against rays.
+    /// Error against rays, if there are enough rungs.
     pub by_rays: Option<LadderFit>,
 }
 
-/// Errors below this are those of rounding.
+/// Errors below this are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// One rung: runs with so many chains.
+/// One rung: runs with the same number of chains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rung {
     /// Chains of one run.
@@ -57,11 +58,11 @@ pub struct Rung {
     pub rays: u64,
     /// Seconds of one run, building included.
     pub seconds: f64,
-    /// True relative RMS error, in the mean of squares over the runs.
+    /// True relative RMS error: root mean square over the runs.
     pub true_error: f64,
-    /// Stated error, likewise.
+    /// Stated error: root mean square over the runs.
     pub stated_error: f64,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
 }
 
@@ -77,7 +78,7 @@ pub struct LadderFit {
 }
 
 impl LadderFit {
-    /// Least squares through `(cost, error)`; `None` for fewer than three places.
+    /// Least-squares fit through `(cost, error)`; `None` for fewer than three points or if the error does not fall.
     pub fn through(places: &[(f64, f64)]) -> Option<LadderFit> {
         let logs: Vec<(f64, f64)> = places
             .iter()
@@ -100,24 +101,25 @@ impl LadderFit {
         (squares > 0.0 && slope < 0.0).then(|| LadderFit { scale: (y - slope * x).exp(), slope, covers })
     }
 
-    /// Cost at which the error is reached.
+    /// Cost at which `error` is reached.
     pub fn cost_at(&self, error: f64) -> f64 {
         (error / self.scale).powf(1.0 / self.slope)
     }
 
-    /// Whether no rung was as exact, or as inexact, as this.
+    /// Returns whether the error is outside the range of the fitted rungs.
     pub fn extrapolates(&self, error: f64) -> bool {
         error > self.covers[0] || error < self.covers[1]
     }
 }
 
 impl Ladder {
-    /// The cheapest rung that is off by rounding alone, if there is one: of a method that has no error to be bought off.
+    /// The cheapest rung with only rounding errors, if there is one. The method is then exact at any cost.
     pub fn exact_rung(&self) -> Option<&Rung> {
         self.rungs.iter().find(|rung| rung.true_error < ROUNDING)
     }
 
-    /// 1/(ε² t) in 1/s, geometric mean of the fitted rungs: twice the figure reaches the same error in half the time.
+    /// Figure of merit 1/(ε² t) in 1/s: geometric mean over the fitted rungs. Twice the figure means the same error in half the
+    /// time.
     pub fn figure_of_merit(&self) -> f64 {
         let fitted = fitted(&self.rungs);
         let logs: f64 = fitted.iter().map(|rung| -(rung.true_error.powi(2) * rung.seconds).ln()).sum();
@@ -125,7 +127,7 @@ impl Ladder {
     }
 }
 
-/// Climbs with a method on every map of points or elements that a case compares, for so many seconds each.
+/// Climbs with a method on every map of points or elements that a case compares, for `budget_s` seconds each.
 ///
 /// # Errors
 ///
@@ -148,7 +150,7 @@ pub fn climb(
     Ok(ladders)
 }
 
-/// A method on its way up one comparison.
+/// The climb of a method on one comparison.
 struct Ascent<'a> {
     case: &'a Case,
     run: &'a CaseRun,
@@ -157,7 +159,7 @@ struct Ascent<'a> {
     budget_s: f64,
 }
 
-/// What a rung is asked for.
+/// Settings of a rung.
 #[derive(Clone, Copy)]
 struct RungRequest {
     chains: u64,
@@ -166,20 +168,20 @@ struct RungRequest {
     seed: u64,
 }
 
-/// What the runs of a rung came to.
+/// Result of the runs of a rung.
 struct Reached {
     rung: Rung,
     estimator: String,
-    /// Seconds of all its runs.
+    /// Seconds of all its runs together.
     spent_s: f64,
-    /// Whether a run missed its target: the method can do no better.
+    /// Whether a run missed its target; the method then cannot improve further.
     at_the_end: bool,
     /// Relative error of the truth itself.
     truth_error: f64,
 }
 
 impl Ascent<'_> {
-    /// From the lowest rung to the last that the budget allows; or why the method cannot.
+    /// Climbs from the lowest rung to the last one within the time budget, or returns why the method cannot.
     fn ladder(&self, tell: &mut dyn FnMut(&str)) -> Result<Result<Ladder, String>, CaseError> {
         let (comparison, method) = (self.comparison, self.method);
         let mut asked = RungRequest { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
@@ -204,12 +206,13 @@ impl Ascent<'_> {
             if !reached.estimator.is_empty() {
                 estimator = reached.estimator;
             }
-            // Below the truth's own error there is nothing left to tell.
+            // Below the truth's own error nothing more can be measured.
             if rung.true_error < reached.truth_error {
                 tell(&format!("{}: {}: as exact as the truth", comparison.name, method.name));
                 break;
             }
-            // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
+            // A map without random error has only one rung. A rung is also new only if it has more chains, since the number is
+            // rounded up to fill the replicas.
             let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
             let further = |last: &Rung| match method.climbs {
                 Climb::Chains => last.chains < rung.chains,
@@ -254,7 +257,8 @@ impl Ascent<'_> {
         }
     }
 
-    /// Runs of one rung, several while they are cheap, each judged against the truth; or why the method cannot.
+    /// Computes the runs of one rung, several while they are cheap, and compares each with the truth. Or returns why the method
+    /// cannot.
     fn rung(&self, exact: &ExactSide, asked: RungRequest) -> Result<Result<Reached, String>, CaseError> {
         let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
         let (mut estimator, mut at_the_end) = (String::new(), false);
@@ -288,15 +292,15 @@ impl Ascent<'_> {
         let (runs, spent_s) = (rung.runs as f64, rung.seconds);
         rung.rays = (rung.rays as f64 / runs) as u64;
         rung.seconds /= runs;
-        // A stored run's own chance stands in every deviation: it is taken off in the mean of squares.
+        // A stored run adds its own random error to every deviation. Its mean square is subtracted.
         rung.true_error = (rung.true_error / runs - truth_variance).max(0.0).sqrt();
         rung.stated_error = (rung.stated_error / runs).sqrt();
         Ok(Ok(Reached { rung, estimator, spent_s, at_the_end, truth_error }))
     }
 }
 
-/// The rungs that tell how a method converges: near the dear end, and none that took more rays than one with more
-/// chains (with few chains a method may do other work instead).
+/// The rungs that show how a method converges: those near the expensive end. Rungs that took more rays than one with more chains
+/// are excluded, since with few chains a method may do other work instead.
 fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
     let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
     let does_other_work = |rung: &Rung| rungs.iter().any(|other| other.chains > rung.chains && other.rays < rung.rays);

@@ -1,4 +1,4 @@
-//! Tells of speed against error: page, Markdown, CSV.
+//! Reports of speed against error: HTML page, Markdown, CSV.
 
 use plotters::prelude::*;
 
@@ -10,9 +10,9 @@ use super::report_md::table as md_table;
 use super::words::{duration, escaped, percent, rounded_count, significant};
 use crate::output::numbers::count_tick;
 
-/// Colours and shapes that tell methods apart, in print too (Okabe and Ito 2008).
+/// Colours that distinguish methods in plots, together with shapes, in print too (Okabe and Ito 2008).
 ///
-/// As many as have no common divisor with the three shapes, so that neither returns with the other soon.
+/// Their number has no common divisor with the three shapes, so a combination does not repeat soon.
 const COLOURS: [RGBColor; 7] = [
     MEASURED,
     EXACT,
@@ -25,7 +25,7 @@ const COLOURS: [RGBColor; 7] = [
 
 const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that is off by rounding alone is exact, and its times are those of its cheapest run.";
 
-/// Ladders on one map, which belong into one picture.
+/// Groups the ladders by map; each group has its own pictures.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
     let mut groups: Vec<(String, Vec<&Ladder>)> = Vec::new();
     for ladder in ladders {
@@ -46,7 +46,7 @@ fn name_of(ladder: &Ladder) -> String {
     }
 }
 
-/// The figure of merit in words; there is none where a rung has no error.
+/// The figure of merit in words; a dash if a rung has no error.
 fn figure_of_merit(ladder: &Ladder) -> String {
     let figure = ladder.figure_of_merit();
     if ladder.exact_rung().is_some() {
@@ -118,7 +118,7 @@ fn rungs(ladder: &Ladder) -> Table {
     }
 }
 
-/// Sign of a method in plots: its colour and its shape.
+/// Sign of a method in plots: its colour and shape.
 fn sign(index: usize) -> Sign {
     let colour = COLOURS[index % COLOURS.len()];
     match index % 3 {
@@ -129,7 +129,7 @@ fn sign(index: usize) -> Sign {
 }
 
 fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<LadderFit>) -> String {
-    // A rung without error, or without rays (radiosity), has no place on logarithmic axes.
+    // A rung without error or without rays (radiosity) cannot be shown on logarithmic axes.
     let is_shown = |rung: &&Rung| rung.true_error > 0.0 && cost(rung) > 0.0;
     let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(is_shown);
     let (least, most) =
@@ -188,7 +188,7 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
     })
 }
 
-/// The page: a table and two pictures for every map, and sections that follow.
+/// The HTML page: a table and two pictures for every map, then `sections`.
 pub fn ladder_html(ladders: &[Ladder], sections: &str) -> String {
     let mut page = opening("luxmc: speed against error");
     page.push_str("<h1>luxmc: speed against error</h1>\n");
@@ -213,7 +213,7 @@ pub fn ladder_html(ladders: &[Ladder], sections: &str) -> String {
     page
 }
 
-/// The same without pictures.
+/// The same report as Markdown, without pictures.
 pub fn ladder_md(ladders: &[Ladder], sections: &str) -> String {
     let mut page = "# luxmc: speed against error\n\n".to_owned();
     if !ladders.is_empty() {
@@ -229,7 +229,7 @@ pub fn ladder_md(ladders: &[Ladder], sections: &str) -> String {
     page
 }
 
-/// Every rung, one row each.
+/// CSV with one row for every rung.
 pub fn ladder_csv(ladders: &[Ladder]) -> String {
     let mut text =
         String::from("case,run,comparison,method,estimator,chains,rays,wall_s,true_error,stated_error,runs\n");
@@ -257,8 +257,8 @@ pub fn ladder_csv(ladders: &[Ladder]) -> String {
 mod tests {
     use super::*;
 
-    /// A method that is off by rounding alone is called exact, with the time that it took; one that is off by more than that (the planted fault
-    /// would be to call it so too) has a figure.
+    /// A method with only rounding errors is called exact, with its time. A method with larger errors has a figure (planted fault:
+    /// calling it exact too).
     #[test]
     fn exact_methods_are_called_exact() {
         let ladder = |true_error: f64| {

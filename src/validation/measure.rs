@@ -1,4 +1,4 @@
-//! Runs, what they cost, and the measured numbers of a comparison.
+//! Costs of runs, and the measured values of a comparison.
 
 use std::time::Instant;
 
@@ -11,38 +11,38 @@ use crate::maps::{MapKind, MapResult, REPLICAS, TableRow, standard_error};
 use crate::scene::{Elements, Scene};
 use crate::solver::{ElementChoice, MapSelection, Observer, Settings, Solution, StopReason};
 
-/// What a run cost and how it ended.
+/// Cost of a run and how it ended.
 #[derive(Clone, Debug)]
 pub struct MeasuredRun {
     /// Name of the run.
     pub name: String,
-    /// Names of the estimators that gave the compared maps.
+    /// Names of the estimators of the compared maps.
     pub methods: Vec<String>,
-    /// Seed.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Chains, all maps.
+    /// Number of chains for all maps.
     pub chains: u64,
-    /// Rays.
+    /// Number of rays.
     pub rays: u64,
-    /// Seconds of building and computing.
+    /// Seconds for building and computing.
     pub seconds: f64,
-    /// Target of the stated error, if there was one.
+    /// Target for the stated error, if there was one.
     pub target_error: Option<f64>,
-    /// Worst stated error of the bound maps.
+    /// Largest stated error of the bound maps.
     pub stated_error: f64,
-    /// Why it ended.
+    /// Reason of the end.
     pub stop_reason: StopReason,
     /// Degrees of freedom of the standard errors.
     pub degrees_of_freedom: f64,
 }
 
-/// Watches nothing, and counts seconds from its own start.
+/// An observer that only counts the seconds since its start.
 pub struct Stopwatch {
     started: Instant,
 }
 
 impl Stopwatch {
-    /// An observer whose clock starts now.
+    /// Creates an observer whose clock starts now.
     pub fn starting_now() -> Stopwatch {
         Stopwatch { started: Instant::now() }
     }
@@ -54,7 +54,7 @@ impl Observer for Stopwatch {
     }
 }
 
-/// Settings of a run: only the maps that something is compared in.
+/// Settings of a run, with only the maps that comparisons use.
 pub fn settings_of(run: &CaseRun) -> Settings {
     let mut names: Vec<String> = run.comparisons.iter().map(|comparison| comparison.map.clone()).collect();
     names.sort();
@@ -71,7 +71,7 @@ pub fn settings_of(run: &CaseRun) -> Settings {
     }
 }
 
-/// Tells what a run cost.
+/// Records the cost of a run.
 pub fn record_of(run: &CaseRun, solution: &Solution) -> MeasuredRun {
     let mut methods: Vec<String> = solution.maps.iter().map(|map| map.method.clone()).collect();
     methods.sort();
@@ -90,11 +90,11 @@ pub fn record_of(run: &CaseRun, solution: &Solution) -> MeasuredRun {
     }
 }
 
-/// Puts a run's numbers beside the exact ones of a comparison.
+/// Adds a run's measured values to the exact values of a comparison.
 ///
 /// # Errors
 ///
-/// A map that does not give what is compared.
+/// A map without the compared values.
 pub(super) fn fill_in_measured(
     set: &mut EntrySet,
     run: &CaseRun,
@@ -123,13 +123,13 @@ pub(super) fn fill_in_measured(
     });
     set.average_error_lx = Some(mean_error_lx(&rows.collect::<Vec<_>>()));
 
-    // Walks that neighbours share, and chains that serve many points at once, tie their errors together.
+    // Walks shared by neighbours and chains that serve many points correlate the points' errors.
     set.independent = map.error.degrees_of_freedom.min(set.entries.len() as f64);
     Ok(())
 }
 
-/// Standard error of the mean over table rows: the spread of the replicas' own means. Rows share chains, so their errors
-/// hang together and must not be added in squares. Errors without replicas are biases, which may all point one way.
+/// Standard error of the mean over table rows, from the spread of the replicas' own means. Rows share chains, so their errors are
+/// correlated and must not be added in squares. Errors without replicas are biases, which may all have the same sign.
 fn mean_error_lx(rows: &[&TableRow]) -> f64 {
     if let [row] = rows {
         return row.average_lx.standard_error;
@@ -146,8 +146,8 @@ fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, St
     solution.maps.iter().find(|map| map.name == name).ok_or_else(|| format!("the method gave no map \"{name}\""))
 }
 
-/// Measured value and standard error of one entry of a map. The error is that of the total; direct light that is
-/// reported apart has none of its own where something is reflected, and counts as exact.
+/// Measured value and standard error of one entry of a map. The error is that of the total. Direct light that is reported
+/// separately has no error of its own if something is reflected, and counts as exact.
 fn measured(map: &MapResult, index: usize, light: LightPart) -> (f64, f64) {
     let values = &map.values;
     let error_lx = values.standard_error_lx[index];
@@ -170,7 +170,7 @@ fn rating(map: &MapResult, solution: &Solution) -> Result<(f64, f64), String> {
     Ok((ugr.value, ugr.standard_error))
 }
 
-/// Mean of a surface, a receiver set or the whole enclosure, and its standard error.
+/// Mean over a surface, a receiver set or the whole enclosure, and its standard error, in lx.
 fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &Solution) -> Result<(f64, f64), String> {
     let is_receiver_set = matches!(map.kind, MapKind::Receivers(_));
     let (total_lx, standard_error_lx) = match (&comparison.surface, is_receiver_set) {
@@ -194,8 +194,8 @@ fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &S
     Ok((value_lx, standard_error_lx))
 }
 
-/// Mean over a whole enclosure of one reflectance: what its surfaces absorb, over (1 − ρ) and their area. The flux
-/// balance has the replicas' spread of that very sum, which the rows of a table do not tell.
+/// Mean over a whole enclosure of uniform reflectance: the absorbed flux over (1 − ρ) and the area. The check of the map has the
+/// replicas' spread of this sum, which the rows of a table do not give.
 fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
     let reflectance = |material: u32| scene.materials[material as usize].law.reflectance_at_every_angle();
     let first = reflectance(scene.surfaces[0].material);
@@ -211,7 +211,7 @@ fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), S
     Ok((check.absorbed_by_map_lm * scale, check.standard_error_lm * scale))
 }
 
-/// Mean over all surfaces of a black scene: its elements' errors are of direct light, each sampled for itself.
+/// Mean over all surfaces of a black scene. The errors of its elements are errors of direct light, sampled independently.
 fn black_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
     let map = map_named(solution, "elements")?;
     let elements = Elements::of(scene);
@@ -257,7 +257,7 @@ mod tests {
     use crate::maps::{Estimate, TableKind};
     use crate::sampling::random::{Purpose, Stream};
 
-    /// Two rows of mean 1 whose replicas share a part of their noise, all of size `sigma` in each replica.
+    /// Two rows of mean 1. Their replicas share a part of the noise, which has size `sigma` in each replica.
     fn rows(seed: u64, shared: f64, sigma: f64) -> [TableRow; 2] {
         let mut averages = [vec![0.0; REPLICAS], vec![0.0; REPLICAS]];
         for replica in 0..REPLICAS {
@@ -292,8 +292,8 @@ mod tests {
 
     #[test]
     fn the_error_of_a_mean_knows_that_rows_share_chains() {
-        // 4000 seeds: the squared error must be σ²/16 · (1 + shared)/2 within 4 of its own standard errors (relative
-        // √(2/(15·4000)) = 0.58 %). Planted faults: rows' errors added in squares, and errors that are 2 % too large.
+        // With 4000 seeds the squared error must be σ²/16 · (1 + shared)/2 within 4 of its own standard errors (relative
+        // √(2/(15·4000)) = 0.58 %). Planted faults: the rows' errors added in squares, and errors that are 2 % too large.
         let (sigma, shared, seeds) = (0.01, 0.8, 4000);
         let truth = sigma * sigma / 16.0 * (1.0 + shared) / 2.0;
         let tolerance = 4.0 * truth * (2.0 / (15.0 * f64::from(seeds))).sqrt();

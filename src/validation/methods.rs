@@ -1,4 +1,4 @@
-//! The methods that `luxmc compare` climbs its ladder with.
+//! The methods that `luxmc compare` tests on its ladder.
 
 use super::rivals::{check_points, solve_by_points};
 use crate::maps::MapKind;
@@ -8,30 +8,30 @@ use crate::scene::Scene;
 use crate::solver;
 use crate::solver::{Observer, Settings, Solution, map_requests, solve};
 
-/// A way to compute a scene.
+/// A method to compute a scene.
 pub struct ComparedMethod {
-    /// Name, as `--method` takes it.
+    /// Name as in `--method`.
     pub name: &'static str,
     /// One line for a reader.
     pub description: &'static str,
-    /// Whether it can compute the maps of the settings, or why not.
+    /// Checks that it can compute the requested maps, or returns why not.
     pub applies: fn(&Scene, &Settings) -> Result<(), String>,
-    /// What makes it exact.
+    /// Quantity that is increased to make it more accurate.
     pub climbs: Climb,
-    /// Computes, or says why it cannot.
+    /// Computes a solution, or returns why it cannot.
     pub solve: fn(&Scene, &Settings, &dyn Observer) -> Result<Solution, String>,
 }
 
-/// By what a method's ladder climbs.
+/// Quantity by which a method's ladder climbs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Climb {
-    /// Chains, twice as many on every rung.
+    /// Number of chains, doubled on every rung.
     Chains,
-    /// Targets, each just under the error that the rung before stated: every rung is a finer mesh.
+    /// Target error, just below the stated error of the rung before. Every rung is a finer mesh.
     Targets,
 }
 
-/// All methods; one that is added here joins every comparison.
+/// All methods. A method that is added here takes part in every comparison.
 pub const METHODS: &[ComparedMethod] = &[
     ComparedMethod {
         name: "auto",
@@ -116,7 +116,7 @@ pub const METHODS: &[ComparedMethod] = &[
     },
 ];
 
-/// Local estimation has points; what an element needs is a mean over it.
+/// Accepts only receivers: local estimation computes values at points, but an element needs a mean.
 fn receivers_alone(scene: &Scene, settings: &Settings) -> Result<(), String> {
     let mut requests = map_requests(scene, &settings.maps).into_iter();
     if requests.any(|(kind, _)| kind == MapKind::Elements) {

@@ -1,7 +1,7 @@
-//! Cases against truths: what luxmc computes, put beside what is known exactly.
+//! Validation: cases that compare luxmc's results with exact values.
 //!
-//! A case is a folder with a `case.json`; `docs/validation.md` describes it. [`find_cases`] finds cases at run time,
-//! [`run_case`] runs one, `report_html`, `report_md` and [`case_csv`] tell what came out.
+//! A case is a folder with a `case.json`, described in `docs/validation.md`. [`find_cases`] finds cases at run time and
+//! [`run_case`] runs one. `report_html`, `report_md` and [`case_csv`] report the results.
 
 mod calibration;
 mod case;

@@ -1,4 +1,4 @@
-//! What came out of a case: its runs, its comparisons and whether it passes.
+//! The outcome of a case: its runs, its comparisons and whether it passes.
 
 use super::case::{Case, CaseRun};
 use super::comparison::Comparison;
@@ -11,47 +11,47 @@ use super::statistics::{EntrySet, Statistics};
 use super::verdict::{Check, judge};
 use crate::solver::{Solution, solve};
 
-/// A case that was run.
+/// The outcome of a case that was run.
 #[derive(Clone, Debug)]
 pub struct CaseOutcome {
     /// The case's name.
     pub name: String,
-    /// Heading.
+    /// Heading of the case.
     pub title: String,
     /// The physics in two sentences.
     pub physics: String,
-    /// What a reader should know besides.
+    /// Further remarks for the reader.
     pub remarks: Vec<String>,
-    /// Where truth and geometry come from.
+    /// Sources of the truth and of the geometry.
     pub sources: Vec<String>,
     /// Cost of every run.
     pub runs: Vec<MeasuredRun>,
-    /// What was compared.
+    /// Outcomes of the comparisons.
     pub comparisons: Vec<ComparisonOutcome>,
 }
 
 /// One comparison and its verdict.
 #[derive(Clone, Debug)]
 pub struct ComparisonOutcome {
-    /// What the case asked for.
+    /// The comparison as the case defines it.
     pub comparison: Comparison,
-    /// The run, where the case has several and the comparison belongs to one.
+    /// The run, if the case has several and the comparison belongs to one.
     pub run: Option<String>,
     /// Measured and exact numbers.
     pub set: EntrySet,
-    /// Their deviations summed up.
+    /// Statistics of their deviations.
     pub statistics: Statistics,
     /// The conditions and whether they hold.
     pub checks: Vec<Check>,
 }
 
 impl CaseOutcome {
-    /// Whether every comparison passes.
+    /// Returns whether every comparison passes.
     pub fn passes(&self) -> bool {
         self.comparisons.iter().all(ComparisonOutcome::passes)
     }
 
-    /// Seconds of computing, all runs.
+    /// Seconds of computing over all runs.
     pub fn seconds(&self) -> f64 {
         self.runs.iter().map(|run| run.seconds).sum()
     }
@@ -63,12 +63,12 @@ impl CaseOutcome {
 }
 
 impl ComparisonOutcome {
-    /// Whether every condition holds.
+    /// Returns whether every condition holds.
     pub fn passes(&self) -> bool {
         self.checks.iter().all(|check| check.holds)
     }
 
-    /// Name of the comparison, with its run where there are several.
+    /// Name of the comparison, with its run if there are several.
     pub fn heading(&self) -> String {
         match &self.run {
             Some(run) => format!("{}: {run}", self.comparison.name),
@@ -77,7 +77,7 @@ impl ComparisonOutcome {
     }
 }
 
-/// Runs a case and compares; `tell` hears of every run that begins.
+/// Runs a case and its comparisons. `tell` receives the name of every run that begins.
 ///
 /// # Errors
 ///
@@ -106,12 +106,12 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
     Ok(outcome_of(case, runs, parts))
 }
 
-/// Runs a case by another method than its own: runs and comparisons that the method cannot answer are left out, and
-/// `tell` hears why. `None` if nothing is left.
+/// Runs a case by a method other than its own. Runs and comparisons that the method cannot compute are left out, and `tell`
+/// receives the reason. `None` if nothing is left.
 ///
 /// # Errors
 ///
-/// A truth that cannot be had.
+/// A truth that cannot be computed.
 pub fn run_case_by(
     case: &Case,
     method: &RunMethod,
@@ -154,7 +154,7 @@ fn exact_sides<'a>(case: &'a Case, run: &'a CaseRun) -> Result<Vec<ExactSide<'a>
     run.comparisons.iter().map(|comparison| ExactSide::new(case, run, comparison)).collect()
 }
 
-/// Name of the run beside a comparison, where the case has several and the comparison belongs to one.
+/// Name of the run shown beside a comparison, if the case has several runs and the comparison belongs to one.
 fn name_in_tables(case: &Case, run: &CaseRun, comparison: &Comparison) -> Option<String> {
     (case.runs.len() > 1 && !comparison.what.is_one_number()).then(|| run.name.clone())
 }
@@ -187,7 +187,7 @@ fn outcome_of(case: &Case, runs: Vec<MeasuredRun>, parts: Vec<(Option<String>, C
     }
 }
 
-/// Averages of one name become one comparison, whatever runs and surfaces they are of.
+/// Merges averages of the same name into one comparison, for all their runs and surfaces.
 fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Option<String>, Comparison, EntrySet)> {
     let mut merged: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for (run, comparison, mut set) in parts {
@@ -204,7 +204,7 @@ fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Op
         }
     }
 
-    // Averages go by their run, their surface, or both: whatever tells them apart.
+    // Averages are labelled by their run, their surface, or both, depending on what distinguishes them.
     for (_, _, set) in merged.iter_mut().filter(|(_, comparison, _)| comparison.what.is_one_number()) {
         set.across_runs = true;
         let differ = |of: fn(&super::statistics::ComparedEntry) -> &str| {

@@ -1,4 +1,4 @@
-//! Plots of measured against exact, as SVG. Blue and vermilion can be told apart by everyone, and in print by shape.
+//! Plots of measured against exact values, as SVG. Everyone can distinguish blue and vermilion; shapes distinguish them in print.
 
 use std::ops::Range;
 
@@ -12,59 +12,59 @@ use super::statistics::ComparedEntry;
 use crate::output::color;
 use crate::output::numbers;
 
-/// What was measured: the house's blue.
+/// Colour of measured values: the blue of the project's pages.
 pub(super) const MEASURED: RGBColor = rgb(color::BLUE);
-/// What is exact.
+/// Colour of exact values.
 pub(super) const EXACT: RGBColor = rgb(color::VERMILION);
-/// What was published.
+/// Colour of published values.
 const BESIDE: RGBColor = rgb(color::SOFT);
-/// Grids and bands.
+/// Colour of grids and bands.
 pub(super) const FAINT: RGBColor = rgb(color::FAINT);
-/// Green-blue of what the criterion allows (Okabe and Ito 2008).
+/// Colour of the band that the criterion allows: green-blue (Okabe and Ito 2008).
 const ALLOWED: RGBColor = RGBColor(0, 158, 115);
-/// Text of the axes and legends: the typeface of the pages, in SVG units.
+/// Font of axes and legends: the typeface of the pages, size in SVG units.
 pub(super) const TEXT: (&str, u32) = ("Helvetica, Arial, sans-serif", 13);
 
-/// An ink of the house for plotters.
+/// Converts a colour of the project's pages for the plotter.
 const fn rgb([red, green, blue]: color::Ink) -> RGBColor {
     RGBColor(red, green, blue)
 }
 
 /// Width of a plot in SVG units.
 const WIDTH: u32 = 760;
-/// More entries than this are shown by a histogram of their z-scores.
+/// With more entries than this the plot is a histogram of their z-scores.
 const MOST_ENTRIES: usize = 70;
-/// Up to this many entries in order get their names on the axis.
+/// Up to this many entries in order have their names on the axis.
 const MOST_NAMES: usize = 24;
-/// Values that span more than this factor are drawn on a logarithmic axis.
+/// Values that span more than this factor have a logarithmic axis.
 const LOGARITHMIC_FROM: f64 = 30.0;
 
-/// A picture, or a part of one, to be drawn in.
+/// A picture, or a part of one, to draw in.
 pub(super) type PlotArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
+/// Result of drawing. The only error is a wrong range; the picture is then replaced by a message.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// A chart of forecasts over what came true against the share of a run that was done.
+/// A chart of forecasts over actual results, against the share of a run that was done.
 pub(super) struct ForecastChart {
-    /// What the share is of.
+    /// Label of the axis of shares.
     pub x_desc: &'static str,
-    /// The least share that is shown.
+    /// Smallest share shown.
     pub first_share: f64,
-    /// What lies further off than this factor is drawn at it.
+    /// Ratios further from 1 than this factor are drawn at this factor.
     pub reach: f64,
 }
 
-/// The plane that forecasts are drawn in.
+/// The coordinate plane of forecasts.
 type ForecastPlane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
 
 impl ForecastChart {
-    /// Where a forecast stands: share in percent, and ratio.
+    /// Position of a forecast in the chart: share in percent, and ratio.
     pub fn place(&self, share: f64, ratio: f64) -> (f64, f64) {
         (100.0 * share, ratio.clamp(1.0 / self.reach, self.reach))
     }
 
-    /// Draws axes, what is given, and the line of what came true.
+    /// Draws the axes, the forecasts, and the line of the actual result.
     pub fn draw(&self, area: &PlotArea, forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn) -> Drawn {
         let first = 100.0 * self.first_share;
         let mut chart =
@@ -90,7 +90,7 @@ impl ForecastChart {
     }
 }
 
-/// Whether the picture shows each entry, not a histogram of all.
+/// Returns whether the picture shows each entry, not a histogram of all.
 pub(super) fn shows_entries(outcome: &ComparisonOutcome) -> bool {
     outcome.set.entries.len() <= MOST_ENTRIES
 }
@@ -139,7 +139,7 @@ pub(super) fn svg(height: u32, draw: impl FnOnce(&PlotArea) -> Drawn) -> String 
     text.replacen(&format!("width=\"{WIDTH}\" height=\"{height}\" "), "", 1)
 }
 
-/// Horizontal places of the entries, their range and what the axis says.
+/// Horizontal positions of the entries, their range and the label of the axis.
 struct EntryPlaces {
     at: Vec<f64>,
     range: Range<f64>,
@@ -242,7 +242,7 @@ where
     Ok(())
 }
 
-/// A sign of a legend.
+/// A sign in a legend.
 pub(super) enum Sign {
     /// A short line.
     Line(RGBColor),
@@ -256,18 +256,18 @@ pub(super) enum Sign {
     Bar(RGBAColor),
 }
 
-/// Width of a sign in a legend, with the gap before its name.
+/// Width of a sign in a legend, including the gap before its name.
 const SIGN_WIDTH: i32 = 25;
 /// Height of a row of a legend.
 const LEGEND_HEIGHT: u32 = 26;
 
-/// Height that a legend of these signs takes.
+/// Height of a legend with these signs.
 pub(super) fn legend_height(signs: &[(Sign, String)]) -> u32 {
     let rows = legend_places(signs).last().map_or(1, |(_, row)| row + 1);
     LEGEND_HEIGHT * rows
 }
 
-/// Left edge and row of each sign. A row that is full is followed by another.
+/// Left edge and row of each sign. After a full row a new row begins.
 fn legend_places(signs: &[(Sign, String)]) -> Vec<(i32, u32)> {
     const FIRST_X: i32 = 82;
     const GAP: i32 = 22;
@@ -285,7 +285,7 @@ fn legend_places(signs: &[(Sign, String)]) -> Vec<(i32, u32)> {
     signs.iter().map(place).collect()
 }
 
-/// Draws a legend at the top of a plot, where it hides nothing.
+/// Draws a legend at the top of a plot, where it covers nothing.
 pub(super) fn legend(area: &PlotArea, signs: &[(Sign, String)]) -> Drawn {
     for ((sign, name), (x, row)) in signs.iter().zip(legend_places(signs)) {
         let y = 14 + (row * LEGEND_HEIGHT) as i32;
@@ -388,7 +388,7 @@ fn allowed_percent(criterion: &Criterion) -> Option<f64> {
     criterion.worst.map(|fraction| 100.0 * fraction.0)
 }
 
-/// Histogram of the z-scores against Student's t.
+/// Histogram of the z-scores with the expected Student's t distribution.
 fn histogram(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     const REACH: f64 = 5.0;
     const BINS: usize = 40;
@@ -444,13 +444,13 @@ fn histogram(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     Ok(())
 }
 
-/// A number on an axis; four digits take away what rounding adds to an axis' steps.
+/// A number on an axis. Rounding to four digits removes rounding errors of the axis' steps.
 pub(super) fn tick(value: f64) -> String {
     numbers::tick(format!("{value:.3e}").parse().unwrap_or(value))
 }
 
 fn signed_tick(value: f64) -> String {
-    // A tick that should be 0 may be off by rounding.
+    // A tick at 0 may have a rounding error.
     if value.abs() < 1e-12 {
         return "0".to_owned();
     }
@@ -461,7 +461,7 @@ fn signed_tick(value: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Every name ends within the picture; in one row, as a planted fault would have it, the last of seven does not.
+    /// Every name ends within the picture. Planted fault: in one row the last of seven names does not.
     #[test]
     fn long_legends_take_more_rows() {
         let names = ["auto (walk)", "collision (walk)", "gather", "local", "local-naive", "radiosity"];

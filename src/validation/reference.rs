@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use super::error::CaseError;
 use super::exact::TruthSite;
 
-/// A point of the reference may lie this far from the receiver in m: the decimals of a table, no more.
+/// Maximum distance in m between a point of the reference and the receiver, per coordinate: the rounding of a table.
 const SAME_PLACE_M: f64 = 1e-6;
 
-/// A table of reference numbers. Its columns `x,y,z`, where there are any, must be those of the receivers; a column
-/// `surface` names the surface of an average.
+/// A table of reference numbers. Columns `x,y,z`, if present, must match the receivers' positions. A column `surface` names the
+/// surface of an average.
 #[derive(Debug)]
 pub(super) struct ReferenceTable {
     path: PathBuf,
@@ -18,7 +18,7 @@ pub(super) struct ReferenceTable {
 }
 
 impl ReferenceTable {
-    /// Reads a table; with `set` only the rows that have this text in the column `set`.
+    /// Reads a table. With `set` only the rows with this text in the column `set` are kept.
     pub fn read(path: &Path, set: Option<&str>) -> Result<ReferenceTable, CaseError> {
         let refuse = |error: csv::Error| {
             let remedy = "correct the file, or make it anew with the program beside it";

@@ -1,21 +1,21 @@
-//! What both reports say: their sentences and tables, before they become HTML or Markdown.
+//! Sentences and tables of both reports, before they become HTML or Markdown.
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
 use super::statistics::{ComparedEntry, Statistics};
 use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent};
 
-/// A validation as a whole.
+/// Results of a whole validation.
 #[derive(Clone, Debug)]
 pub struct Validation {
     /// Outcomes in order.
     pub cases: Vec<CaseOutcome>,
-    /// Known groups that were asked for and have no case.
+    /// Known groups that were requested and have no case.
     pub empty_groups: Vec<String>,
-    /// Seconds since 1970 when it began.
+    /// Start time in seconds since 1970.
     pub unix_s: u64,
-    /// Seconds that it took.
+    /// Duration in seconds.
     pub wall_s: f64,
-    /// Worker threads.
+    /// Number of worker threads.
     pub threads: usize,
 }
 
@@ -36,7 +36,7 @@ impl Validation {
         }
     }
 
-    /// One row a case: how far off it is, and whether it passes.
+    /// Overview table with one row per case: its deviation and its verdict.
     pub fn overview(&self) -> Table {
         overview(self)
     }
@@ -56,7 +56,7 @@ impl Validation {
     }
 }
 
-/// How to read the report, for someone who has never seen luxmc.
+/// Instructions to read the report, for readers who do not know luxmc.
 pub const HOW_TO_READ: [&str; 4] = [
     "Each case is a room whose illuminance is known exactly, from a formula or from a separate program. luxmc computes it like any other room, by tracing light at random, and states a standard error σ for every number. The report puts both beside the exact value.",
     "Deviation is measured less exact, in per cent of the exact value. RMS deviation of a map or a set of points is in per cent of its mean. A deviation in σ is in units of the standard error that luxmc itself stated: honest error bars hold about two thirds of the deviations within 1 σ and 94 % within 2 σ (Student's t with 15 degrees of freedom).",
@@ -69,20 +69,20 @@ pub const HOW_TO_READ: [&str; 4] = [
 pub struct Table {
     /// Headings of the columns.
     pub header: Vec<&'static str>,
-    /// Columns flush left.
+    /// Indices of the left-aligned columns.
     pub text_columns: Vec<usize>,
     /// Cells.
     pub rows: Vec<Vec<String>>,
 }
 
-/// Heading of the column that holds verdicts; reports colour its cells.
+/// Heading of the column with the verdicts. Reports colour its cells.
 pub const VERDICT: &str = "verdict";
 
 fn verdict(passes: bool) -> String {
     if passes { "pass".to_owned() } else { "FAIL".to_owned() }
 }
 
-/// One row a case.
+/// Overview table with one row per case.
 fn overview(validation: &Validation) -> Table {
     let rows = validation.cases.iter().map(|case| {
         let largest = |of: fn(&Statistics) -> f64| {
@@ -160,7 +160,7 @@ fn bias(statistics: &Statistics) -> String {
     format!("{} ± {}", signed_percent(statistics.bias), percent(statistics.bias_error))
 }
 
-/// Where the deviation of every comparison comes from.
+/// Table of the sources of every comparison's deviation.
 pub fn sources(case: &CaseOutcome) -> Table {
     let rows = case.comparisons.iter().map(|comparison| {
         let statistics = &comparison.statistics;
@@ -180,7 +180,7 @@ pub fn sources(case: &CaseOutcome) -> Table {
     }
 }
 
-/// What every run cost.
+/// Table of every run's cost.
 pub fn costs(case: &CaseOutcome) -> Table {
     let rows = case.runs.iter().map(|run| {
         let target = run.target_error.map_or("–".to_owned(), percent);
@@ -202,7 +202,7 @@ pub fn costs(case: &CaseOutcome) -> Table {
     }
 }
 
-/// Measured and exact numbers, if there are few enough to read.
+/// Table of measured and exact numbers, if there are few enough to read.
 pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     const MOST_ROWS: usize = 70;
     let entries = &comparison.set.entries;
@@ -238,7 +238,7 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     Some(Table { header, text_columns: vec![0], rows: rows.collect() })
 }
 
-/// Measured and exact ratings: their differences count, not their ratios.
+/// Table of measured and exact ratings, with their differences instead of ratios.
 fn ratings(entries: &[ComparedEntry]) -> Table {
     let signed = |difference: f64| format!("{difference:+.2}").replace('-', "−");
     let rows = entries.iter().map(|entry| {
@@ -262,7 +262,7 @@ fn six_digits(lx: f64) -> String {
     super::words::significant(lx, 6)
 }
 
-/// Sentences under a comparison's heading: the truth and what is compared.
+/// Sentences under a comparison's heading: what is compared, and the truth.
 pub fn subject(comparison: &ComparisonOutcome) -> String {
     let what = &comparison.comparison;
     let of = match what.what {

@@ -1,4 +1,4 @@
-//! The report as one self-contained page.
+//! The report as one self-contained HTML page.
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
 use super::plots::{comparison_plot, shows_entries};
@@ -8,7 +8,7 @@ use crate::output::html;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Writes the report.
+/// Writes the report as HTML.
 pub fn report_html(validation: &Validation) -> String {
     let mut page = opening("luxmc validation report");
     page.push_str("<h1>luxmc validation report</h1>\n");
@@ -32,7 +32,7 @@ pub fn report_html(validation: &Validation) -> String {
     page
 }
 
-/// Head of a page with the house's typography.
+/// Head of a page with the project's typography.
 pub(super) fn opening(title: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
@@ -87,7 +87,7 @@ fn section(page: &mut String, case: &CaseOutcome) {
     }
 }
 
-/// What a plot shows.
+/// Caption that explains a plot.
 fn caption(comparison: &ComparisonOutcome) -> String {
     if !shows_entries(comparison) {
         return "Bars: how many elements deviate by so many standard errors. Line: what chance alone would give if the error bars are right.".to_owned();
@@ -105,7 +105,7 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
-/// A table; with `linked` the first column leads to the cases' sections.
+/// An HTML table. With `linked` the first column links to the cases' sections.
 pub(super) fn table(table: &Table, linked: bool) -> String {
     let headings: Vec<String> = table.header.iter().map(|heading| escaped(heading)).collect();
     let is_text = |index: usize| table.text_columns.contains(&index);

@@ -3,7 +3,7 @@
 use super::outcome::CaseOutcome;
 use super::report::{HOW_TO_READ, Table, Validation, costs, deviations, numbers, sources, subject};
 
-/// Writes the report.
+/// Writes the report as Markdown.
 pub fn report_md(validation: &Validation) -> String {
     let mut page =
         format!("# luxmc validation report\n\n{}\n\n**{}**\n\n", validation.circumstances(), validation.verdict());
@@ -65,7 +65,7 @@ pub(super) fn table(table: &Table) -> String {
     text
 }
 
-/// Every compared number of a case, one row each.
+/// Every compared number of a case as CSV, one row each.
 pub fn case_csv(case: &CaseOutcome) -> String {
     let mut text = String::from(
         "comparison,light,run,where,exact_lx,measured_lx,standard_error_lx,deviation_lx,deviation_percent,deviation_in_standard_errors,uncertainty_of_exact_lx,discretisation_lx,truncation_lx,published_lx\n",

@@ -1,4 +1,4 @@
-//! What light meshes are measured against: shadow rays from every receiver, and areas that some points stand for.
+//! Methods to compare light meshes with: shadow rays from every receiver, to a fixed number of points for each luminous area.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::methods::check_light_mesh;
 use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requests};
 
-/// Whether the rivals can compute the maps asked for: they know direct light alone.
+/// Checks that these methods can compute the requested maps. They compute only direct light.
 pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
     check_light_mesh(scene, settings).map_err(|error| error.to_string())?;
     if Stage::new(scene).reflects() {
@@ -20,8 +20,8 @@ pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
     Ok(())
 }
 
-/// Direct light with a shadow ray to each of `count` points of every triangle, ball and opening that emits; a point
-/// luminaire is one point. Stops after one go.
+/// Computes direct light with a shadow ray to each of `count` points of every triangle, ball and opening that emits. A point
+/// luminaire is one point. Each map is computed once, without refinement.
 pub fn solve_by_points(
     scene: &Scene,
     settings: &Settings,
@@ -55,7 +55,8 @@ pub fn solve_by_points(
         let checking = Instant::now();
         let entries = Entries::of(&planner.around, kind, settings.seed, settings.target_error, false);
         let traced = planner.trace_points(&entries, number as u32, &points);
-        // The check belongs to what is stated, not to the rival: its share of the rays is its share of the time.
+        // The check belongs to the stated error, not to the compared method, so its time is subtracted. Its share of the time is
+        // estimated by its share of the rays.
         let all_rays = (traced.effort.rays() + traced.check_rays).max(1);
         check_s += checking.elapsed().as_secs_f64() * traced.check_rays as f64 / all_rays as f64;
         rays += traced.effort.rays();

@@ -1,4 +1,4 @@
-//! The method that a case's run, or the user, asks for.
+//! The method that a case's run or the user requests.
 
 use super::methods::{Climb, ComparedMethod, METHODS};
 use crate::light_mesh::IndirectForm;
@@ -6,10 +6,10 @@ use crate::methods::{MeshChoice, solve_by_light_mesh};
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution};
 
-/// Name of the method that has a step and a radius.
+/// Name of the method that uses step and radius.
 const LIGHT_MESH: &str = "light-mesh";
 
-/// A method, and for light meshes what the mesh is like.
+/// A method and, for light meshes, the settings of the mesh.
 #[derive(Clone, Copy)]
 pub struct RunMethod {
     method: &'static ComparedMethod,
@@ -23,28 +23,29 @@ impl std::fmt::Debug for RunMethod {
 }
 
 impl RunMethod {
-    /// The method of a name; `None` if there is none.
+    /// Returns the method with this name; `None` if there is none.
     pub fn named(name: &str, mesh: MeshChoice) -> Option<RunMethod> {
         METHODS.iter().find(|method| method.name == name).map(|method| RunMethod { method, mesh })
     }
 
-    /// Its name.
+    /// Name of the method.
     pub fn name(&self) -> &'static str {
         self.method.name
     }
 
-    /// Whether it can compute the maps of the settings, or why not.
+    /// Checks that it can compute the requested maps, or returns why not.
     pub fn applies(&self, scene: &Scene, settings: &Settings) -> Result<(), String> {
         (self.method.applies)(scene, settings)
     }
 
-    /// Whether nothing of the settings ends it: it goes by a target, and there is neither one nor a limit nor a mesh to take.
+    /// Returns whether nothing in the settings ends the run: the method uses a target, and there is no target, time limit or given
+    /// mesh.
     pub fn lacks_rule(&self, settings: &Settings) -> bool {
         let asked = settings.target_error.or(settings.time_limit_s).or(self.mesh.step_m).or(self.mesh.radius_m);
         self.method.climbs == Climb::Targets && asked.is_none()
     }
 
-    /// Computes, or says why it cannot. A method without chains goes by the target alone.
+    /// Computes a solution, or returns why it cannot. A method without chains uses only the target.
     pub fn solve(&self, scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, String> {
         let chains = settings.chains.filter(|_| self.method.climbs == Climb::Chains);
         let settings = Settings { chains, ..settings.clone() };
@@ -55,12 +56,12 @@ impl RunMethod {
     }
 }
 
-/// Names of all methods, with commas between.
+/// Names of all methods, separated by commas.
 pub fn method_names() -> String {
     METHODS.iter().map(|method| method.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads the form of indirect light as a case names it.
+/// Converts a case's name for the form of indirect light.
 pub(super) fn indirect_form(name: &str) -> Option<IndirectForm> {
     match name {
         "scalar" => Some(IndirectForm::Scalar),

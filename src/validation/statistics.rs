@@ -1,53 +1,53 @@
-//! What deviations tell: worst and RMS, in per cent and in standard errors, and where they come from.
+//! Statistics of deviations: worst and RMS, in per cent and in standard errors, and their sources.
 
 use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 use super::exact::Exact;
 
-/// Standard errors below this part of the value are rounding of the sums, not chance: the value counts as exact.
+/// Standard errors below this part of the value are rounding of sums, not random. The value then counts as exact.
 const ROUNDING: f64 = 1e-9;
 
-/// A measured number beside its exact one.
+/// A measured value with its exact value.
 #[derive(Clone, Debug, Default)]
 pub struct ComparedEntry {
-    /// Run that measured it.
+    /// Name of the run that measured it.
     pub run: String,
     /// Name of the point, element or surface.
     pub label: String,
-    /// Place in the map.
+    /// Index in the map.
     pub index: usize,
-    /// Place along the axis of the plot in m.
+    /// Position along the axis of the plot in m.
     pub along_m: Option<f64>,
     /// Weight in means: an area in m², or 1.
     pub weight: f64,
     /// Measured illuminance in lx.
     pub measured_lx: f64,
-    /// Its standard error in lx.
+    /// Standard error of the measured illuminance in lx.
     pub standard_error_lx: f64,
     /// The exact value.
     pub exact: Exact,
-    /// A published number in lx, where there is one.
+    /// A published number in lx, if there is one.
     pub beside_lx: Option<f64>,
 }
 
 impl ComparedEntry {
-    /// Measured less exact, in lx.
+    /// Measured minus exact value, in lx.
     pub fn deviation_lx(&self) -> f64 {
         self.measured_lx - self.exact.value_lx
     }
 
-    /// Whether chance has no part in it.
+    /// Returns whether the value has no random error.
     pub fn is_exact(&self) -> bool {
         self.standard_error_lx <= ROUNDING * self.measured_lx.abs()
     }
 
-    /// What is known to stand between the truth and the model, in lx.
+    /// Known differences between the truth and the model, in lx.
     pub fn allowance_lx(&self) -> f64 {
         self.exact.uncertainty_lx + self.exact.unaccounted_lx + self.exact.truncation_lx
     }
 
-    /// Deviation in standard errors, with what is known to stand between truth and model added to the error in
-    /// quadrature. `None` where chance has no part.
+    /// Deviation in standard errors. Known differences between truth and model are added to the error in quadrature. `None` if the
+    /// value has no random error.
     pub fn z(&self) -> Option<f64> {
         (!self.is_exact()).then(|| self.deviation_lx() / self.standard_error_lx.hypot(self.allowance_lx()))
     }
@@ -58,37 +58,37 @@ impl ComparedEntry {
 pub struct EntrySet {
     /// Measured and exact values.
     pub entries: Vec<ComparedEntry>,
-    /// Standard error of the weighted mean in lx, where the replicas tell it.
+    /// Standard error of the weighted mean in lx, if it is known from the replicas.
     pub average_error_lx: Option<f64>,
-    /// How many independent values the entries are worth.
+    /// Effective number of independent values among the entries.
     pub independent: f64,
     /// Degrees of freedom of the standard errors.
     pub degrees_of_freedom: f64,
-    /// Where the exact numbers come from.
+    /// Source of the exact numbers in words.
     pub truth_in_words: String,
-    /// Standard error of the exact values' own weighted mean in lx, where chance has a part in them (a stored run).
+    /// Standard error of the weighted mean of the exact values in lx, if they are random themselves (a stored run).
     pub truth_average_error_lx: Option<f64>,
-    /// Entries of different runs, each judged by its own size.
+    /// Whether entries belong to different runs. Each is then judged relative to its own exact value.
     pub across_runs: bool,
 }
 
-/// A largest deviation and where it stands.
+/// A largest deviation and its entry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Worst {
-    /// Its size.
+    /// Size of the deviation.
     pub value: f64,
     /// Label of the entry.
     pub label: String,
 }
 
-/// Deviations summed up; all errors are fractions.
+/// Statistics of deviations. All errors are fractions.
 #[derive(Clone, Debug, Default)]
 pub struct Statistics {
-    /// Entries in all.
+    /// Number of entries.
     pub count: usize,
-    /// Entries with error bars.
+    /// Number of entries with error bars.
     pub noisy: usize,
-    /// Largest |deviation| over the exact value (over the mean where that is 0).
+    /// Largest |deviation| over the exact value (over the mean if the exact value is 0).
     pub worst: Worst,
     /// Largest |deviation| in standard errors.
     pub worst_z: Option<Worst>,
@@ -98,38 +98,39 @@ pub struct Statistics {
     pub rms_z: Option<f64>,
     /// Share of the entries with error bars within one and two standard errors.
     pub within: Option<[f64; 2]>,
-    /// What Student's t expects of these shares.
+    /// Expected shares within one and two standard errors by Student's t.
     pub expected_within: [f64; 2],
     /// Mean deviation over mean exact value.
     pub bias: f64,
-    /// Its standard error.
+    /// Standard error of the bias.
     pub bias_error: f64,
-    /// RMS of the standard errors: what chance explains of the deviation.
+    /// RMS of the standard errors: the part of the deviation explained by random errors.
     pub random: f64,
-    /// RMS of what the discretisation changes.
+    /// RMS of the change by the discretisation.
     pub discretisation: f64,
-    /// RMS of the part of that which the exact values do not account for.
+    /// RMS of the part of the discretisation that the exact values do not account for.
     pub unaccounted: f64,
-    /// RMS of what the finite model lacks.
+    /// RMS of the light that the finite model lacks.
     pub truncation: f64,
     /// RMS of the truth's own error.
     pub truth: f64,
-    /// What the truth's own error may shift the mean by.
+    /// Possible shift of the mean by the truth's own error.
     pub truth_shift: f64,
 }
 
 impl EntrySet {
-    /// Whether the error bars are those of a bias that was measured: no replicas, no degrees of freedom.
+    /// Returns whether the error bars are those of a measured bias: there are no replicas and no degrees of freedom.
     pub fn states_a_bias(&self) -> bool {
         self.degrees_of_freedom == 0.0 && self.entries.iter().any(|entry| !entry.is_exact())
     }
 
-    /// Sums up the deviations.
+    /// Computes the statistics.
     pub fn statistics(&self) -> Statistics {
         let weight: f64 = self.entries.iter().map(|entry| entry.weight).sum();
         let mean_lx = self.entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
 
-        // A map is judged by its mean, as everywhere in luxmc; averages of different runs each by their own size.
+        // A map is judged relative to its mean, as everywhere in luxmc. Averages of different runs are judged relative to their own
+        // values.
         let size_lx = |entry: &ComparedEntry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
         let rms = |of: &dyn Fn(&ComparedEntry) -> f64| {
             let square = |entry: &ComparedEntry| entry.weight * part(of(entry), size_lx(entry)).powi(2);
@@ -172,7 +173,7 @@ impl EntrySet {
         }
     }
 
-    /// Standard error of the mean deviation: the replicas' own where they tell it, else that of independent entries.
+    /// Standard error of the mean deviation: from the replicas if they give it, otherwise from independent entries.
     fn bias_error(&self, weight: f64, mean_lx: f64) -> f64 {
         if let Some(average_error_lx) = self.average_error_lx {
             return part(average_error_lx, mean_lx);
@@ -184,7 +185,7 @@ impl EntrySet {
         self.entries.iter().map(square).sum::<f64>().sqrt() / weight
     }
 
-    /// Largest part of the exact value by which an entry that chance has no part in deviates beyond what is allowed.
+    /// Largest deviation beyond the allowance among entries without random error, relative to the exact value.
     pub fn worst_exact_deviation(&self) -> Option<f64> {
         self.entries
             .iter()
@@ -197,23 +198,24 @@ impl EntrySet {
     }
 }
 
-/// A part of a whole; nothing of nothing is 0: in a dark room a dark map has no error.
+/// The ratio of a part to a whole, and 0 if the part is 0. A dark map of a dark room therefore has no error.
 fn part(amount: f64, whole: f64) -> f64 {
     if amount == 0.0 { 0.0 } else { amount / whole }
 }
 
-/// Probability that Student's t stays within so many standard errors.
+/// Probability that Student's t stays within this number of standard errors.
 pub fn probability_within(sigmas: f64, degrees_of_freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees_of_freedom.max(1.0)).map_or(f64::NAN, |t| 2.0 * t.cdf(sigmas) - 1.0)
 }
 
-/// The |t| that none of `values` deviations passes but with probability `alpha` (Bonferroni).
+/// The |t| that any of `values` deviations exceeds with probability at most `alpha` (Bonferroni).
 pub fn largest_expected_z(alpha: f64, values: usize, degrees_of_freedom: f64) -> f64 {
     let tail = alpha / (2.0 * values.max(1) as f64);
     StudentsT::new(0.0, 1.0, degrees_of_freedom.max(1.0)).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
 }
 
-/// Two-sided probability of a share as far from the expected one as this, among so many independent values.
+/// Two-sided p-value: the probability that the share deviates at least this far from the expected share, for this number of
+/// independent values.
 pub fn binomial_p_value(share: f64, expected: f64, independent: f64) -> f64 {
     let n = independent.round().max(1.0) as u64;
     let hits = (share * n as f64).round() as u64;

@@ -1,4 +1,4 @@
-//! A stored run as a truth: the result directory of a long `luxmc solve`, whose standard errors join those judged.
+//! A stored run as truth: the result directory of a long `luxmc solve`. Its standard errors add to those of the judged run.
 
 use std::path::{Path, PathBuf};
 
@@ -12,25 +12,25 @@ use super::fields::read_text;
 use super::words::percent;
 use crate::scene::Scene;
 
-/// A row of the stored run may lie this far from the point or element in m: the rounding of the readers, no more.
+/// Maximum distance in m between a row of the stored run and its point or element: the rounding of the files.
 const SAME_PLACE_M: f64 = 1e-6;
-/// Fluxes and areas of one scene differ by no more than the rounding of a sum.
+/// Maximum relative difference between fluxes or areas of the same scene: the rounding of a sum.
 const SAME_SUM: f64 = 1e-9;
-/// `luxmc compare` gives the rungs of a ladder seeds that follow the run's own: up to 64 doublings of four seeds each.
+/// Number of seeds that `luxmc compare` may use for a ladder, following the run's seed: up to 64 doublings of four seeds each.
 const SEEDS_OF_A_LADDER: u64 = 256;
 
-/// What a stored run says about one map.
+/// The results of a stored run for one map.
 #[derive(Debug)]
 pub(super) struct StoredRun {
     folder: PathBuf,
     summary: Value,
     map: String,
     rows: Vec<StoredRow>,
-    /// Name, side, area, average and its standard error of each row of `tables.csv`.
+    /// Name, area in m², average in lx and its standard error in lx of each row of `tables.csv` for a front side.
     tables: Vec<(String, f64, f64, f64)>,
 }
 
-/// A point or an element side.
+/// A row of the stored map: a point or an element side.
 #[derive(Debug)]
 struct StoredRow {
     surface: String,
@@ -42,11 +42,11 @@ struct StoredRow {
 }
 
 impl StoredRun {
-    /// Reads what a result directory holds of a map, and checks that it is of the same scene.
+    /// Reads the results of a map from a result directory, and checks that they belong to the same scene.
     ///
     /// # Errors
     ///
-    /// A directory without results, a map that was not computed, results of another scene.
+    /// A directory without results, a map that was not computed, or results of another scene.
     pub fn read(folder: &Path, map: &str, scene: &Scene) -> Result<StoredRun, CaseError> {
         let path = folder.join("summary.json");
         let text = read_text(&path, "the stored run cannot be read")?;
@@ -81,11 +81,11 @@ impl StoredRun {
         Ok(StoredRun { folder: folder.to_path_buf(), summary, map: map.to_owned(), rows, tables })
     }
 
-    /// Refuses a run whose random numbers the truth has used: deviations would look smaller than they are.
+    /// Refuses a run that uses the same random numbers as the truth. Deviations would otherwise look smaller than they are.
     ///
     /// # Errors
     ///
-    /// A seed of the truth among those of the run and of a ladder that starts from it.
+    /// The truth's seed is among those of the run or of a ladder that starts from it.
     pub fn check_seed(&self, seed: u64) -> Result<(), CaseError> {
         let own = self.summary["seed"].as_u64().unwrap_or(0);
         if (seed..seed.saturating_add(SEEDS_OF_A_LADDER)).contains(&own) {
@@ -100,7 +100,7 @@ impl StoredRun {
         Ok(())
     }
 
-    /// The value at a site with its standard error as uncertainty; a part of the light has at most that of the whole.
+    /// The value at a site, with its standard error as uncertainty. The error of a part of the light is at most that of the whole.
     pub fn exact(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         let row = match site {
             TruthSite::Point { index, position_m, .. } => self.row(*index, *position_m)?,
@@ -121,7 +121,8 @@ impl StoredRun {
         Ok(Exact { value_lx, uncertainty_lx: row.standard_error_lx, ..Exact::default() })
     }
 
-    /// Standard error of the mean over a map, or over the surfaces that count; of several at most the mean of theirs.
+    /// Standard error of the mean over a map, or over the surfaces for which `counts` is true. For several surfaces it is an upper
+    /// limit: the mean of their errors.
     pub fn average_error_lx(&self, counts: impl Fn(&str) -> bool) -> f64 {
         let rows = || self.tables.iter().filter(|(name, ..)| *name == self.map || counts(name));
         let weight = |area_m2: f64| if area_m2 > 0.0 { area_m2 } else { 1.0 };
@@ -129,7 +130,7 @@ impl StoredRun {
         rows().map(|(_, area_m2, _, error_lx)| weight(*area_m2) * error_lx).sum::<f64>() / area_m2
     }
 
-    /// Which run it was, for a reader.
+    /// Describes the run for a reader.
     pub fn in_words(&self) -> String {
         format!(
             "a stored run of luxmc itself (method {}, seed {}, stated error {}), whose standard errors count beside those judged",

@@ -1,4 +1,4 @@
-//! Exact numbers, and how exact they are for the scene at hand.
+//! Exact numbers of a comparison, and their accuracy for its scene.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use super::truth_sobolev::{sobolev_luminance, sobolev_truth};
 use super::truth_spec::TruthSpec;
 use crate::scene::{Quantity, ReceiverSet, Scene};
 
-/// A truth made ready for one scene.
+/// A truth prepared for one scene.
 pub struct Truth<'a> {
     comparison: &'a Comparison,
     scene: &'a Scene,
@@ -23,11 +23,11 @@ pub struct Truth<'a> {
 }
 
 impl<'a> Truth<'a> {
-    /// Makes a truth ready, reading its reference file where it has one.
+    /// Prepares a truth; reads its reference file or stored run if it has one.
     ///
     /// # Errors
     ///
-    /// A reference that cannot be read, or numbers that no formula takes.
+    /// A reference or stored run that cannot be read or does not fit the scene.
     pub fn prepare(
         comparison: &'a Comparison,
         scene: &'a Scene,
@@ -49,12 +49,12 @@ impl<'a> Truth<'a> {
     ///
     /// # Errors
     ///
-    /// A stored run whose seed is among the run's.
+    /// A stored run whose seed is among the run's seeds.
     pub fn check_seed(&self, seed: u64) -> Result<(), CaseError> {
         self.run.as_ref().map_or(Ok(()), |run| run.check_seed(seed))
     }
 
-    /// Standard error in lx of the mean over what is compared, where the exact values are themselves subject to chance.
+    /// Standard error in lx of the mean over the compared values, if the exact values are themselves random.
     pub fn average_error_lx(&self) -> Option<f64> {
         let geometry_of = |surface: &str| self.scene.surfaces.iter().find(|known| known.name == surface);
         let is_in = |surface: &str| {
@@ -67,13 +67,13 @@ impl<'a> Truth<'a> {
     ///
     /// # Errors
     ///
-    /// What the truth cannot tell, in words.
+    /// Describes in words what the truth cannot give.
     pub fn exact(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         let mut exact = self.of_spec(site, light)?;
         if !(exact.value_lx.is_finite() && exact.value_lx >= 0.0) {
             return Err(format!("the exact value is {} lx", exact.value_lx));
         }
-        // Means over a mesh's own area leave nothing out; its single elements still see facets for a smooth shape.
+        // Means over the mesh's own area account for everything. Single elements still have facets instead of a smooth shape.
         if matches!(site, TruthSite::Element { .. })
             && !matches!(self.comparison.truth, TruthSpec::BoxRoom(_) | TruthSpec::Run { .. })
         {
@@ -82,7 +82,7 @@ impl<'a> Truth<'a> {
         Ok(exact)
     }
 
-    /// Whether luminances are compared, in cd/m² instead of lx.
+    /// Returns whether luminances are compared, in cd/m² instead of lx.
     fn is_luminance(&self) -> bool {
         let of_set = |set: &ReceiverSet| set.name == self.comparison.map && set.quantity == Quantity::Luminance;
         self.scene.receivers.iter().any(of_set)
@@ -140,11 +140,11 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// A published number beside the exact one, where the reference has it.
+    /// A published number for comparison with the exact one, if the reference has it.
     ///
     /// # Errors
     ///
-    /// A column that is missing or holds no number.
+    /// A column that is missing or contains no number.
     pub fn beside(&self, column: &str, site: &TruthSite) -> Result<Option<f64>, String> {
         match &self.reference {
             Some(reference) => reference.number(column, site),
@@ -152,7 +152,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// Where the exact numbers come from, in words for a reader.
+    /// Source of the exact numbers, in words for a reader.
     pub fn in_words(&self) -> String {
         match &self.comparison.truth {
             TruthSpec::Sobolev(truth) => truth.in_words(),

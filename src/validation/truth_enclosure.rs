@@ -1,4 +1,4 @@
-//! Truths that follow from flux balance: enclosures of one reflectance, spheres.
+//! Truths from flux balance: enclosures of uniform reflectance, and spheres.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
 use crate::scene::Scene;
 
-/// Area of the triangles of a scene, or of a surface, geometry or part of this name, in m².
+/// Area in m² of a scene's triangles, or of those of a surface, geometry or part with this name.
 pub(super) fn mesh_area_m2(scene: &Scene, name: Option<&str>) -> f64 {
     let counts = |triangle: &u32| {
         let surface = scene.surface_of(*triangle);
@@ -16,7 +16,7 @@ pub(super) fn mesh_area_m2(scene: &Scene, name: Option<&str>) -> f64 {
     (0..scene.triangles.len() as u32).filter(counts).map(|triangle| scene.triangle_area_m2(triangle)).sum()
 }
 
-/// X = Φ + ρX for the incident flux X: the mean of the total is Φ/(S(1−ρ)), that of the indirect part ρ times so much.
+/// X = Φ + ρX for the incident flux X. The mean total illuminance is Φ/(S(1−ρ)), the mean indirect illuminance ρ times that.
 pub(super) fn uniform_enclosure(
     scene: &Scene,
     luminous_flux_lm: f64,
@@ -36,8 +36,8 @@ pub(super) fn uniform_enclosure(
     Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
 }
 
-/// In a sphere every part sees every other alike: E_indirect = ⟨ρE⟩ = ⟨ρE_direct⟩/(1 − ⟨ρ⟩), ⟨⟩ means over the area.
-/// A plane through the centre parts the source's flux exactly, on the ideal sphere and on its mesh alike.
+/// In a sphere all parts exchange light equally: E_indirect = ⟨ρE⟩ = ⟨ρE_direct⟩/(1 − ⟨ρ⟩), with area means ⟨⟩. A plane through the
+/// centre divides the source's flux exactly, on the ideal sphere and on its mesh.
 pub(super) fn two_hemispheres(
     scene: &Scene,
     luminous_flux_lm: f64,
@@ -66,8 +66,8 @@ pub(super) fn two_hemispheres(
     Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
 }
 
-/// All flux of the inner sphere reaches the outer one; of what the outer one sends back, the part A₁/A₂ meets the
-/// inner one. Only areas count, so that a mesh stands for the spheres of its areas.
+/// All flux of the inner sphere reaches the outer one. Of the light reflected by the outer one, the part A₁/A₂ reaches the inner
+/// one. Only areas matter, so a mesh is equivalent to spheres with its areas.
 pub(super) fn concentric(
     scene: &Scene,
     luminous_flux_lm: f64,

@@ -1,4 +1,4 @@
-//! Rectangular rooms as a truth: radiosity with exact form factors, extrapolated over three meshes.
+//! Rectangular rooms as truth: radiosity with exact form factors, extrapolated over three meshes.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,9 +8,9 @@ use serde::Deserialize;
 use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource, RoomValue};
 
-/// A point this near to a face, in m, lies on it.
+/// A point within this distance of a face, in m, lies on it.
 const ON_FACE_M: f64 = 1e-9;
-/// Names of the faces as scenes write them, in the order of [`RoomFace::ALL`].
+/// Names of the faces in scenes, in the order of [`RoomFace::ALL`].
 const FACE_NAMES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "floor", "ceiling"];
 
 /// An empty diffuse room with a corner at the origin, lit by an isotropic point source.
@@ -21,13 +21,13 @@ pub struct RoomTruth {
     pub size_m: [f64; 3],
     /// Reflectances of `x_min`, `x_max`, `y_min`, `y_max`, `floor` and `ceiling`.
     pub reflectances: [f64; 6],
-    /// Place of the source in m.
+    /// Position of the source in m.
     pub source_m: [f64; 3],
-    /// Its flux in lm.
+    /// Luminous flux of the source in lm.
     pub luminous_flux_lm: f64,
 }
 
-/// The rooms that were solved last: several comparisons ask for the same.
+/// Cache of the room solved last, since several comparisons use the same room.
 #[derive(Debug, Default)]
 pub struct RoomCache(Mutex<Option<(BoxRoom, Arc<BoxRoomSolution>)>>);
 

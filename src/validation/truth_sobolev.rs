@@ -1,4 +1,4 @@
-//! Sobolev's two planes as a truth for finite rectangles.
+//! Sobolev's two infinite planes as truth for finite rectangles.
 
 use std::f64::consts::PI;
 
@@ -7,25 +7,25 @@ use serde::Deserialize;
 use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 
-/// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2), the source over the origin.
+/// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2). The source is above the origin.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SobolevTruth {
-    /// Height of the source above plane 1 over the planes' distance.
+    /// Height of the source above plane 1 divided by the planes' distance.
     pub h1: f64,
     /// Reflectance of plane 1.
     pub rho1: f64,
     /// Reflectance of plane 2.
     pub rho2: f64,
-    /// The plane asked about: 1 or 2.
+    /// Number of the compared plane: 1 or 2.
     pub plane: u8,
-    /// Distance of the planes in m.
+    /// Distance between the planes in m.
     #[serde(default = "one")]
     pub distance_m: f64,
     /// Intensity of the source in cd.
     #[serde(default = "one")]
     pub intensity_cd: f64,
-    /// Half the width of the rectangles that stand for the infinite planes, in m.
+    /// Half the width of the rectangles that approximate the infinite planes, in m.
     pub half_width_m: f64,
 }
 
@@ -34,7 +34,7 @@ fn one() -> f64 {
 }
 
 impl SobolevTruth {
-    /// Where the numbers come from, in words for a reader.
+    /// Source of the numbers, in words for a reader.
     pub fn in_words(&self) -> String {
         format!(
             "Sobolev's exact solution for infinite planes (relative error below 1e-12); the model's planes reach {} distances in every direction",
@@ -58,9 +58,8 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
     let at = |plane, r| sobolev(&problem, plane, r).map_err(|error| error.to_string());
     let value = at(plane, r)?;
 
-    // Beyond the rim E falls like r⁻³ or faster. What the opposite plane lacks there is at most
-    // ρ E(W) ∫ K over distances from D = W − r on, with K = 1/(π(1+d²)²) < 1/(π d⁴); reflections between the
-    // planes add up to no more than 1/(1 − ρ₁ρ₂) times that.
+    // Beyond the rim E falls like r⁻³ or faster. The opposite plane lacks there at most ρ E(W) ∫ K over distances from D = W − r
+    // on, with K = 1/(π(1+d²)²) < 1/(π d⁴). Reflections between the planes add up to at most 1/(1 − ρ₁ρ₂) times that.
     let half_width = truth.half_width_m / truth.distance_m;
     let distance = half_width - r;
     if distance <= 0.0 {
@@ -83,8 +82,8 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
     })
 }
 
-/// Luminance in cd/m² of what an observer between the planes sees: ρE/π of the sub-point on the plane asked about, whatever
-/// the angle.
+/// Luminance in cd/m² that an observer between the planes sees: ρE/π at the point of the compared plane in the line of sight, for
+/// any angle.
 pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
     let TruthSite::Point { position_m, normal, index } = *site else {
         return Err("luminances are compared at points".to_owned());

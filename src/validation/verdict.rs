@@ -1,14 +1,16 @@
-//! When a comparison passes, in words and in numbers.
+//! Conditions for a comparison to pass, in words and in numbers.
 
 use super::comparison::Criterion;
 use super::statistics::{ComparedEntry, EntrySet, Statistics, binomial_p_value, largest_expected_z};
 use super::words::{percent, sigmas};
 
-/// Every comparison allows deviations that its error bars make likely: one false alarm in so many comparisons.
+/// Significance level: a comparison allows deviations that are likely by its error bars. It gives one false alarm in 1/`ALPHA`
+/// comparisons.
 const ALPHA: f64 = 1e-4;
-/// A bias is measured at some places of a map: others may have half as much again.
+/// Factor allowed on a stated bias. The bias is measured at some points of a map, and others may have half as much more.
 const ROOM_FOR_THE_STATED: f64 = 1.5;
-/// Values that chance has no part in agree to this: seven digits, what an f32 shadow test can leave of a place.
+/// Relative agreement required of values without random error: seven digits, the accuracy that an f32 shadow test leaves in a
+/// position.
 const EXACT_AGREEMENT: f64 = 1e-6;
 
 /// One condition and whether it holds.
@@ -22,7 +24,7 @@ pub struct Check {
     pub holds: bool,
 }
 
-/// Judges a comparison: what its criterion names, and always that deviations fit their error bars.
+/// Judges a comparison by the conditions of its criterion, and always by whether deviations are consistent with their error bars.
 pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> Vec<Check> {
     let mut checks = Vec::new();
     if let Some(worst) = criterion.worst {
@@ -73,7 +75,7 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
     checks
 }
 
-/// What a method states of a bias that it measured at some places: the deviations are no larger.
+/// Checks that deviations are no larger than the bias that a method measured at some points and states.
 fn is_within_what_is_stated(statistics: &Statistics) -> Check {
     let stated = statistics.random;
     Check {
@@ -118,7 +120,7 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
 }
 
 impl Statistics {
-    /// What may shift the mean for known reasons, as a fraction.
+    /// Possible shift of the mean for known reasons, as a fraction.
     fn known_shift(&self) -> f64 {
         self.truncation + self.truth_shift + self.unaccounted
     }

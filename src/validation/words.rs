@@ -1,11 +1,11 @@
-//! Numbers as a report writes them.
+//! Formats numbers for reports.
 
 pub use crate::output::date::utc_date as date;
 pub use crate::output::numbers::significant;
 use crate::output::numbers::superscript;
 pub use crate::output::picture::escaped;
 
-/// Per cent below which a report says no more than that it is rounding.
+/// Below this percentage a report only states that it is rounding.
 const NOTHING_PERCENT: f64 = 1e-7;
 
 /// A fraction in per cent with three significant digits.
@@ -21,7 +21,7 @@ pub fn percent(fraction: f64) -> String {
     format!("{number}{NARROW}%")
 }
 
-/// A narrow space that does not break a line.
+/// A narrow no-break space.
 const NARROW: char = '\u{202f}';
 
 /// A signed fraction in per cent.
@@ -44,7 +44,7 @@ pub fn scientific(number: f64) -> String {
     format!("{}·10{}", mantissa.replace('-', "−"), superscript(exponent))
 }
 
-/// A count with thousands apart.
+/// A count with separated thousands.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -57,7 +57,7 @@ pub fn grouped(count: u64) -> String {
     text
 }
 
-/// Rays or chains, rounded: `12.3 million`.
+/// A rounded count of rays or chains: `12.3 million`.
 pub fn rounded_count(count: u64) -> String {
     match count {
         0..100_000 => grouped(count),

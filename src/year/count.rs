@@ -1,24 +1,26 @@
-//! What is counted over the hours of a year.
+//! Measures counted over the hours of a year.
 
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves, standard_error};
 use crate::maps::Estimate;
 
-/// Illuminance in lx of daylight autonomy, and the share of the occupied hours that has it where daylight is autonomous (IES LM-83).
+/// Illuminance of daylight autonomy in lx. Its companion is `SDA_SHARE`, the share of occupied hours that must reach it (IES
+/// LM-83).
 pub const AUTONOMY_LX: f64 = 300.0;
-/// See there.
+/// Share of the occupied hours with `AUTONOMY_LX` or more from which a point counts as daylit (IES LM-83).
 pub const SDA_SHARE: f64 = 0.5;
-/// Between these illuminances in lx daylight is supplementary, then useful, then too much (Mardaljevic and others, 2012).
+/// Limits of useful daylight in lx: daylight is supplementary from the first, useful from the second, and too much above the third
+/// (Mardaljevic and others, 2012).
 pub const UDI_LIMITS_LX: [f64; 3] = [100.0, 300.0, 3000.0];
-/// Annual sunlight exposure: what the sun's direct light alone brings in lx, and more than how many occupied hours (IES LM-83).
+/// Illuminance in lx by direct sunlight alone for annual sunlight exposure (IES LM-83).
 pub const ASE_LX: f64 = 1000.0;
-/// See there.
+/// Number of occupied hours with `ASE_LX` that must be exceeded to count for annual sunlight exposure (IES LM-83).
 pub const ASE_HOURS: f64 = 250.0;
-/// Share of the area below which that is taken for acceptable (IES LM-83).
+/// Share of the area with annual sunlight exposure below which it counts as acceptable (IES LM-83).
 pub const ASE_SHARE: f64 = 0.1;
-/// Blinds close where the sun's direct light brings as much to more than this share of the points (IES LM-83).
+/// Blinds close when direct sunlight reaches `ASE_LX` at more than this share of the points (IES LM-83).
 pub const BLINDS_SHARE: f64 = 0.02;
 
-/// What is counted at a point.
+/// A measure counted at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum YearMeasure {
     /// Share of the occupied hours with at least 300 lx.
@@ -31,19 +33,19 @@ pub enum YearMeasure {
     Useful,
     /// Share above 3000 lx.
     TooMuch,
-    /// Occupied hours in which the sun alone brings 1000 lx.
+    /// Occupied hours in which the sun alone gives 1000 lx or more.
     Sunlit,
     /// Annual light exposure in lx h.
     Exposure,
     /// Sky component of the daylight factor under the overcast sky, in %.
     SkyComponent,
-    /// Its externally reflected component, the ground's light in it, in %.
+    /// Externally reflected component of the daylight factor in %, including the light from the ground.
     FromOutside,
-    /// Its internally reflected component in %.
+    /// Internally reflected component of the daylight factor in %.
     FromInside,
 }
 
-/// All of them.
+/// All measures, in the order of [`YearMeasure`].
 pub const MEASURES: [YearMeasure; 10] = [
     YearMeasure::Autonomy,
     YearMeasure::TooLittle,
@@ -57,7 +59,7 @@ pub const MEASURES: [YearMeasure; 10] = [
     YearMeasure::FromInside,
 ];
 
-/// What was counted, with the same by both halves of each parting of the replicas.
+/// A counted value, with the same value from both halves of each partition of the replicas.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counted {
     pub value: f64,
@@ -65,7 +67,7 @@ pub(super) struct Counted {
 }
 
 impl Counted {
-    /// A mean over replicas.
+    /// The mean over the replicas, with the means of the halves.
     pub fn of(replicas: &[f64; PARTED]) -> Counted {
         let (value, off) = mean_and_halves(replicas);
         Counted { value, halves: off.map(|off| [value + off, value - off]) }
@@ -75,7 +77,7 @@ impl Counted {
         Estimate { value: self.value, standard_error: standard_error(self.halves.iter().copied()) }
     }
 
-    /// Adds what is made of a value, with a weight: of the whole and of each half.
+    /// Adds `make(value)` times a weight, for the whole value and for each half.
     pub fn add(&mut self, of: &Counted, weight: f64, make: impl Fn(f64) -> f64) {
         self.value += weight * make(of.value);
         for (sums, halves) in self.halves.iter_mut().zip(&of.halves) {
@@ -85,7 +87,7 @@ impl Counted {
         }
     }
 
-    /// A part of so much; all of it is 1.
+    /// Divides the value and its halves by `all`.
     pub fn over(mut self, all: f64) -> Counted {
         self.value /= all;
         self.halves.iter_mut().flatten().for_each(|half| *half /= all);
@@ -93,14 +95,15 @@ impl Counted {
     }
 }
 
-/// Counts of one point in the making.
+/// Counts of one point while the hours are added.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HourCounts {
     pub of: [Counted; MEASURES.len()],
 }
 
 impl HourCounts {
-    /// Adds an hour: the illuminance in lx and what the halves are off it, and the same of the sun's direct light alone.
+    /// Adds an hour. Each pair has an illuminance in lx and the differences of the halves from it; `sun` has those of direct
+    /// sunlight alone.
     #[inline]
     pub fn add_hour(
         &mut self,
@@ -125,14 +128,14 @@ impl HourCounts {
         }
     }
 
-    /// Adds hours that are dark.
+    /// Adds occupied hours without light.
     pub fn add_dark(&mut self, occupied_hours: f64) {
         let dark = &mut self.of[YearMeasure::TooLittle as usize];
         dark.value += occupied_hours;
         dark.halves.iter_mut().flatten().for_each(|half| *half += occupied_hours);
     }
 
-    /// Makes shares of the occupied hours of what are shares.
+    /// Divides by the number of occupied hours those measures that are shares.
     pub fn finish(self, occupied_hours: f64) -> [Counted; MEASURES.len()] {
         let mut place = 0;
         self.of.map(|counted| {
@@ -162,8 +165,8 @@ fn add(to: &mut Counted, lx: f64, off: &[f64; PARTINGS], make: impl Fn(f64) -> f
 mod tests {
     use super::*;
 
-    /// Ten occupied hours at 299, 300, 301 … lx and two dark ones, without errors: shares by hand. Then errors of 1 lx: as many more hours count by one
-    /// half as fewer by the other.
+    /// Checks ten occupied hours around 300 lx and two dark ones without errors against shares by hand. Then every hour has an
+    /// error of 1 lx. One half of the replicas counts one more hour, the other half one less.
     #[test]
     fn hours_are_counted_by_their_limits() {
         let count = |off: f64| {

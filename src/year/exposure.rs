@@ -1,7 +1,7 @@
-//! Exposure to sunlight of EN 17037: how long the sun's middle is seen from a point on a day.
+//! Exposure to sunlight of EN 17037: how long the centre of the sun is visible from a point on a day.
 //!
-//! The sun is looked for every minute of the day; where it comes or goes between two looks, the moment is found by halving. What hides it or shows it for less
-//! than a minute may be missed.
+//! The sun is sampled every minute of the day. Where it appears or disappears between two samples, bisection finds the moment.
+//! Obstacles or gaps that last less than a minute may be missed.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,42 +13,42 @@ use crate::estimators::sunlight::way_out;
 use crate::geometry::Origin;
 use crate::scene::{ReceiverPoint, Scene};
 
-/// Looks of a day.
+/// Samples of the sun in a day.
 const LOOKS: u32 = 24 * 60;
-/// Halvings of a minute: to a hundredth of a second.
+/// Bisections of a minute: to a hundredth of a second.
 const HALVINGS: u32 = 13;
-/// Hours of sunlight on a day that EN 17037 takes for little, for more, and for much.
+/// Hours of sunlight on a day for the minimum, medium and high level of EN 17037.
 pub const EXPOSURE_HOURS: [f64; 3] = [1.5, 3.0, 4.0];
 
-/// Where on the earth a scene stands.
+/// Location of a scene on the earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunSite {
-    /// Latitude in degrees, north of the equator above 0.
+    /// Latitude in degrees, positive north of the equator.
     pub latitude_deg: f64,
-    /// Longitude in degrees, east of Greenwich above 0.
+    /// Longitude in degrees, positive east of Greenwich.
     pub longitude_deg: f64,
-    /// Hours that the time of the results is ahead of universal time.
+    /// Offset in hours of the results' time from universal time.
     pub time_zone_hours: f64,
-    /// Height of the sun in degrees from which on it counts.
+    /// Minimum elevation of the sun in degrees from which it counts.
     pub least_elevation_deg: f64,
 }
 
-/// From when to when the sun is seen on a day, in hours.
+/// Periods of a day in which the sun is visible, each from and to, in hours.
 pub type SunlitHours = Vec<[f64; 2]>;
 
 /// Sunlight of a receiver set on some days.
 #[derive(Clone, Debug)]
 pub struct SetSunlight {
-    /// Place among the receivers of the scene.
+    /// Index among the scene's receiver sets.
     pub set: usize,
-    /// Of each point each day's; none of points inside of solids.
+    /// Sunlit hours by point and day; empty for points inside solids.
     pub points: Vec<Vec<SunlitHours>>,
 }
 
-/// When the points of all receiver sets that lie somewhere see the sun, on days by month and day.
+/// Computes when the points of all receiver sets with positions see the sun, on days given by month and day.
 pub fn sunlight(scene: &Scene, site: &SunSite, days: &[(u32, u32)]) -> Vec<SetSunlight> {
     let stage = Stage::new(scene);
-    // Where the sun stands is the same for all points.
+    // The sun's directions are the same for all points.
     let days: Vec<SunDay> = days.iter().map(|day| SunDay::of(*site, *day)).collect();
     let of_point = |point: &ReceiverPoint| {
         if point.inside {
@@ -71,7 +71,7 @@ pub fn sum_of_hours(sunlit: &SunlitHours) -> f64 {
 struct SunDay {
     site: SunSite,
     date: (u32, u32),
-    /// Where it stands at each look.
+    /// Direction to the sun at each sample.
     towards: Vec<Option<DVec3>>,
 }
 
@@ -81,7 +81,7 @@ impl SunDay {
         SunDay { towards: (0..=LOOKS).map(|look| day.towards(hour_of(look))).collect(), ..day }
     }
 
-    /// The sun's direction at an hour, where it stands high enough.
+    /// Direction to the sun at an hour, or `None` if the sun is too low.
     fn towards(&self, hour: f64) -> Option<DVec3> {
         let (month, day) = self.date;
         let moment = Moment::of_date(YEAR, month, day, hour - self.site.time_zone_hours);
@@ -99,7 +99,7 @@ fn sunlit(stage: &Stage, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -
     let sees = |towards: Option<DVec3>| {
         towards.is_some_and(|towards| point.normal.dot(towards) > 0.0 && way_out(stage, origin, towards).0 > 0.0)
     };
-    // The moment at which the sun comes or goes.
+    // The moment at which the sun appears or disappears.
     let change = |mut before: f64, mut after: f64, was_seen: bool| {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (before + after);

@@ -1,4 +1,4 @@
-//! The hours of a year: where the sun stands, how bright it is, and how bright each patch of the sky and the ground are.
+//! The hours of a year: position and illuminance of the sun, and the luminance of each sky patch and the ground.
 
 use std::f64::consts::PI;
 
@@ -14,9 +14,10 @@ use crate::base::sun::Sun;
 use crate::estimators::sunlight::Suns;
 use crate::scene::{Weather, WeatherHour, WeatherLight};
 
-/// The year whose calendar tells where the sun stands: in the middle between leap years, as weather of many years is.
+/// The calendar year from which the sun's position is computed. It is midway between leap years, which suits weather averaged over
+/// many years.
 pub(super) const YEAR: i32 = 2026;
-/// Parts across a patch by which its mean luminance is found, over the subdivision: finer patches take fewer.
+/// Number of parts across a patch to average its luminance, divided by the subdivision: finer patches need fewer.
 const PARTS: u32 = 4;
 
 /// An hour with light.
@@ -26,15 +27,15 @@ pub struct YearHour {
     pub month: u32,
     /// Day of the month from 1.
     pub day: u32,
-    /// Middle of the hour in standard time.
+    /// Middle of the hour in standard time, h.
     pub middle_hours: f64,
-    /// Whether it counts as occupied.
+    /// Whether the hour counts as occupied.
     pub is_occupied: bool,
     /// Unit direction of the sun.
     pub towards_sun: DVec3,
-    /// Illuminance of the sun across its rays in lx, maintenance in it; 0 where it stands below the horizon.
+    /// Illuminance of the sun perpendicular to its rays in lx, maintenance included; 0 if the sun is below the horizon.
     pub sun_lx: f64,
-    /// Illuminance of an open horizontal plane in lx, from the sky and from the sun, maintenance in it.
+    /// Illuminance of an open horizontal plane in lx, from the sky and from the sun, maintenance included.
     pub outside_lx: [f64; 2],
 }
 
@@ -43,28 +44,28 @@ pub struct YearHour {
 pub struct YearSky {
     /// Hours with light, in the order of the weather.
     pub hours: Vec<YearHour>,
-    /// How the sky is cut.
+    /// Subdivision of the sky into patches.
     pub patches: SkyPatches,
     /// Reflectance of the ground.
     pub ground_reflectance: f64,
-    /// Occupied hours, dark ones too.
+    /// Number of occupied hours, including dark ones.
     pub occupied: usize,
-    /// All hours of the weather.
+    /// Number of all hours of the weather.
     pub all: usize,
     /// Suns that shine, in the order of the hours.
     pub suns: Suns,
     /// The hour of each sun.
     pub hours_of_suns: Vec<u32>,
-    /// What stands for them where surfaces reflect their light.
+    /// Nodes that replace the suns for light reflected by surfaces.
     pub(super) nodes: SunNodes,
-    /// How the luminance of each hour's sky is spread.
+    /// Luminance distribution of each hour's sky.
     pub(super) patterns: Vec<SkyPattern>,
-    /// Luminances in cd/m²: of each hour those of all patches, and at last the ground's.
+    /// Luminances in cd/m². Each hour has those of all patches, then that of the ground.
     luminances_cd_m2: Vec<f64>,
 }
 
 impl YearSky {
-    /// The skies of a weather; `is_occupied` tells of the middle of an hour, `maintained` is a factor of all light.
+    /// Builds the skies from weather data. `is_occupied` receives the middle of an hour; `maintained` is a factor on all light.
     pub fn of(
         weather: &Weather,
         subdivision: u32,
@@ -109,18 +110,19 @@ impl YearSky {
         }
     }
 
-    /// Patches and the ground.
+    /// Number of patches plus one for the ground.
     pub fn columns(&self) -> usize {
         self.patches.count() + 1
     }
 
-    /// Number of the ground, or of the patch that holds a unit direction.
+    /// Column of a unit direction: its patch, or the ground.
     #[inline]
     pub fn column_of(&self, towards: DVec3) -> usize {
         self.patches.patch_of(towards).unwrap_or(self.patches.count())
     }
 
-    /// Daylight factor in % of 1 lx that a sky of 1 cd/m² all around brings from a direction, under the overcast sky of 7 π/9 times its zenith's luminance.
+    /// Contribution in % to the daylight factor under the overcast sky, of a direction that gives 1 lx under a uniform sky of 1
+    /// cd/m². The horizontal illuminance of the overcast sky is 7 π/9 times its zenith luminance.
     #[inline]
     pub fn overcast_percent(&self, towards: DVec3) -> f64 {
         let horizontal = 7.0 * PI / 9.0;
@@ -130,7 +132,7 @@ impl YearSky {
         }
     }
 
-    /// Luminances of an hour in cd/m².
+    /// Luminances of an hour in cd/m²: all patches, then the ground.
     #[inline]
     pub fn luminances_cd_m2(&self, hour: usize) -> &[f64] {
         &self.luminances_cd_m2[hour * self.columns()..(hour + 1) * self.columns()]
@@ -140,14 +142,14 @@ impl YearSky {
 /// The sky of an hour.
 struct HourSky {
     pattern: SkyPattern,
-    /// Of all patches, and at last the ground's.
+    /// Luminances of all patches, then that of the ground.
     luminances_cd_m2: Vec<f64>,
 }
 
-/// An hour with light and its sky, the ground's luminance left out; `None` of a dark one.
+/// An hour with light and its sky, without the ground's luminance; `None` for a dark hour.
 ///
-/// Patches have the mean luminance of Perez's sky, scaled so that an open horizontal plane receives what the weather says. Where the sun
-/// stands below the horizon, or that sky has no light in its zenith, the overcast sky stands in.
+/// Patches have the mean luminance of Perez's sky, scaled so that an open horizontal plane receives the illuminance of the weather
+/// data. The overcast sky replaces Perez's sky if the sun is below the horizon or Perez's sky has no light in its zenith.
 fn sky_of(
     weather: &Weather,
     hour: &WeatherHour,

@@ -1,7 +1,7 @@
-//! A year of daylight: hourly illuminances by daylight coefficients, and what standards count in them.
+//! A year of daylight: hourly illuminances by daylight coefficients, and the annual measures of standards.
 //!
-//! [`solve_year`] gathers for every receiver what each patch of the sky, the ground and each hour's sun bring it, once, in sixteen replicas; the hours
-//! follow by sums, and all errors by the halves into which the replicas can be parted.
+//! [`solve_year`] gathers the contribution of each sky patch, the ground and each hour's sun to every receiver. It does this once,
+//! in sixteen replicas. Sums then give the hours. All errors follow from the halves into which the replicas can be divided.
 
 mod count;
 mod exposure;

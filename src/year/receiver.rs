@@ -1,4 +1,4 @@
-//! The year of one receiver: coefficients by walks, hours by sums.
+//! The year of one receiver: coefficients from walks, hours from sums.
 
 use super::count::{Counted, HourCounts, YearMeasure};
 use super::hours::YearSky;
@@ -14,25 +14,25 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, ReceiverPoint, Scene};
 use glam::DVec3;
 
-/// Walks of a replica before the error is looked at first, and at most.
+/// Walks of a replica before the first check of the error, and at most.
 const FIRST_WALKS: u64 = 64;
 const MOST_WALKS: u64 = 1 << 15;
-/// More walks than the error asks for by itself, since it is an estimate.
+/// Factor on the number of walks that the error requires, because the error is an estimate.
 const RESERVE: f64 = 1.15;
-/// What suns that are half hidden may leave of the target, and how often a replica looks for them at most.
+/// Share of the target that partly hidden suns may leave, and the maximum of shadow rays per replica for each of these suns.
 const HALF_HIDDEN_SHARE: f64 = 0.5;
 const MOST_LOOKS: u64 = 64;
-/// An hour's error is relative to its illuminance, or to this share of the mean over all occupied hours where that is more: at dusk, when
-/// there is next to no light, nobody asks for a hundredth of it.
+/// An hour's error is relative to its illuminance, or to this share of the mean over all occupied hours if that is larger. At dusk
+/// there is almost no light, and a relative error of a hundredth is not needed there.
 const DIM_SHARE: f64 = 0.01;
 
-/// What all receivers share.
+/// Data shared by all receivers.
 pub(super) struct YearContext<'a> {
     pub scene: &'a Scene,
     pub stage: &'a Stage,
     pub sky: &'a YearSky,
     pub cells: &'a SunCells<'a>,
-    /// Where light enters.
+    /// Openings through which daylight enters.
     pub openings: &'a Openings,
     pub seed: u64,
     pub target_error: f64,
@@ -40,17 +40,17 @@ pub(super) struct YearContext<'a> {
 
 /// The hours of a receiver.
 pub(super) struct ReceiverHours {
-    /// Illuminance of each hour with light in lx, and what the halves are off it.
+    /// Illuminance of each hour with light in lx, and the differences of the halves from it.
     pub lx: Vec<(f64, [f64; PARTINGS])>,
     pub counts: HourCounts,
     pub error: f64,
-    /// What of it looks for suns that are half hidden leave, which no walk lowers.
+    /// Part of the error that shadow rays to partly hidden suns leave. More walks do not lower it.
     sun_error: f64,
     pub walks: u64,
     pub rays: u64,
 }
 
-/// What sixteen replicas say, kept replica by replica.
+/// Results of sixteen replicas, stored replica by replica.
 struct Replicas {
     width: usize,
     values: Vec<f64>,
@@ -70,13 +70,13 @@ impl Replicas {
     }
 }
 
-/// Adds what a walk of a replica finds.
+/// Adds the contributions that a walk of a replica finds.
 struct RowTally<'a> {
     sky: &'a YearSky,
     cells: &'a SunCells<'a>,
     replica: usize,
     columns: &'a mut [f64],
-    /// By way of surfaces, of nodes, and of the hours' own suns what is more than nodes make of them.
+    /// Contributions by reflecting surfaces: of the nodes, and of the hours' own suns beyond the value interpolated from the nodes.
     suns: &'a mut [f64],
     own_suns: &'a mut [f64],
     ways: &'a mut [f64],
@@ -109,10 +109,10 @@ impl CoefficientTally for RowTally<'_> {
     }
 }
 
-/// What the suns bring a receiver straight on, of 1 lx across their rays each, by all replicas.
+/// Direct contributions of the suns to a receiver in all replicas. Each sun gives 1 lx perpendicular to its rays.
 pub(super) struct DirectSuns {
     lx: Replicas,
-    /// Looks of each replica for a sun that some looks see and others do not.
+    /// Shadow rays of each replica to a sun that some replicas see and others do not.
     looks: u64,
     pub rays: u64,
 }
@@ -131,7 +131,7 @@ impl DirectSuns {
         found
     }
 
-    /// Looks again for the suns that some looks saw and others did not, up to so many times a replica.
+    /// Repeats shadow rays to the suns that some replicas saw and others did not, up to `looks` per replica.
     fn look_again(&mut self, context: &YearContext, (set, index): (usize, usize), receiver: &Receiver, looks: u64) {
         let all = &context.sky.suns;
         let is_half_hidden = |sun: &usize| {
@@ -157,20 +157,20 @@ impl DirectSuns {
         self.looks = looks;
     }
 
-    /// What a sun brings in lx in the mean, of 1 lx across its rays.
+    /// Mean direct illuminance in lx by a sun of 1 lx perpendicular to its rays.
     pub fn mean(&self, sun: usize) -> f64 {
         self.lx.across(sun).iter().sum::<f64>() / PARTED as f64
     }
 }
 
-/// The receiver of a point, for a closure.
+/// Calls a closure with the receiver of a point.
 pub(super) fn at<R>(stage: &Stage, point: &ReceiverPoint, then: impl FnOnce(&Receiver) -> R) -> R {
     let origin = stage.tracer.side_origin(point.position_m, point.normal);
     then(&Receiver { point_m: point.position_m, normal: point.normal, origin: &origin })
 }
 
-/// Gathers a receiver's coefficients until its error is met, and sums up its hours. `closed` tells in which hours blinds let pass but a
-/// share, and nothing of the sun's own.
+/// Gathers a receiver's coefficients until its target error is met, and computes its hours. `closed` has the hours with closed
+/// blinds and the share of light that these let pass; they block all direct sunlight.
 pub(super) fn year_of(
     context: &YearContext,
     (set, index): (usize, usize),
@@ -220,7 +220,7 @@ pub(super) fn year_of(
             direct.look_again(context, (set, index), receiver, looks);
             found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         }
-        // What walks may leave; where suns alone leave more than the target, as much as these may.
+        // Squared error that walks may leave. If suns alone exceed the target, walks may leave as much as partly hidden suns may.
         let of_walks = found.error.powi(2) - found.sun_error.powi(2);
         let allowed = (target_square - found.sun_error.powi(2)).max(sun_square);
         if found.error <= context.target_error || of_walks <= allowed || walked >= MOST_WALKS {
@@ -235,7 +235,7 @@ pub(super) fn year_of(
     }
 }
 
-/// The hours of coefficients that so many walks a replica have gathered.
+/// Computes the hours from coefficients gathered by `walks` walks per replica.
 fn hours_of(
     sky: &YearSky,
     (columns, [suns, own_suns], direct): (&Replicas, [&Replicas; 2], &DirectSuns),
@@ -243,7 +243,7 @@ fn hours_of(
     closed: Option<(&[bool], f64)>,
 ) -> ReceiverHours {
     let share = 1.0 / walks as f64;
-    // Patches that light comes from alone, all replicas side by side.
+    // Only the patches from which light comes, with all replicas side by side.
     let lit: Vec<(usize, [f64; PARTED])> = (0..columns.width)
         .map(|column| (column, columns.across(column).map(|sum| share * sum)))
         .filter(|(_, coefficients)| coefficients.iter().any(|coefficient| *coefficient > 0.0))
@@ -293,14 +293,14 @@ fn hours_of(
     ReceiverHours { lx, counts, error, sun_error, walks: 0, rays: 0 }
 }
 
-/// Illuminance of an occupied hour with light, and its squared error, all of it and what of it looks for the sun leave.
+/// Illuminance of an occupied hour with light, its squared error, and the part of this from shadow rays to the sun.
 struct OccupiedHour {
     lx: f64,
     squared_error_lx2: f64,
     of_sun_lx2: f64,
 }
 
-/// Root mean square over occupied hours of their relative errors; see [`DIM_SHARE`].
+/// Root mean square of the relative errors of occupied hours; see [`DIM_SHARE`].
 fn relative_error(hours: &[OccupiedHour], square_lx2: impl Fn(&OccupiedHour) -> f64) -> f64 {
     let mean_lx = hours.iter().map(|hour| hour.lx).sum::<f64>() / hours.len().max(1) as f64;
     let told = || hours.iter().filter(|hour| hour.lx > 0.0);
@@ -312,8 +312,8 @@ fn relative_error(hours: &[OccupiedHour], square_lx2: impl Fn(&OccupiedHour) -> 
 mod tests {
     use super::*;
 
-    /// A hundred hours of 1000 lx known to 3 %, and one at dusk whose 0.01 lx are known to 0.1 lx: 3 %. Each relative to its own
-    /// illuminance, the planted fault, they would have 100 %.
+    /// Checks a hundred hours of 1000 lx with an error of 3 %, and one at dusk of 0.01 lx with an error of 0.1 lx: the result is 3
+    /// %. Planted fault: with each error relative to its own illuminance the result would be about 100 %.
     #[test]
     fn an_hour_without_light_to_speak_of_does_not_rule_the_year() {
         let mut hours: Vec<OccupiedHour> =

@@ -1,25 +1,25 @@
-//! A finished year.
+//! The result of a year.
 
 use super::count::MEASURES;
 use super::hours::YearSky;
 use crate::maps::Estimate;
 use crate::scene::Scene;
 
-/// What a year comes to.
+/// The result of a year of daylight.
 #[derive(Clone, Debug)]
 pub struct YearSolution {
-    /// The scene, its luminaires left out but a sky of 1 cd/m² all around.
+    /// The scene, with a uniform sky of 1 cd/m² as its only luminaire.
     pub scene: Scene,
     /// Its hours, skies and suns.
     pub sky: YearSky,
-    /// Receiver sets on planes.
+    /// Results of the receiver sets on planes.
     pub sets: Vec<SetYear>,
-    /// Sets that were left out, since they ask for other than illuminance on planes.
+    /// Names of sets left out, since they request quantities other than illuminance on planes.
     pub left_out: Vec<String>,
-    /// The error that was asked for: see [`YearPoint::error`].
+    /// The target error; see [`YearPoint::error`].
     pub target_error: f64,
-    /// What patches of even luminance make of the sky's light, as a part of it: root mean square over points, in the median hour of a survey, measured. No
-    /// replica shows it, so that it comes on top of what the errors of hours tell.
+    /// Relative error of the sky's light due to patches of uniform luminance: root mean square over points, in the median hour of a
+    /// survey, measured. No replica shows this error, so it adds to the errors of the hours.
     pub patch_error: f64,
     /// Rays traced.
     pub rays: u64,
@@ -30,7 +30,7 @@ pub struct YearSolution {
 }
 
 impl YearSolution {
-    /// Whether every point that counts has the error that was asked for.
+    /// Returns whether every point that counts meets the target error.
     pub fn target_met(&self) -> bool {
         self.sets.iter().all(|set| set.worst_error <= self.target_error)
     }
@@ -39,7 +39,7 @@ impl YearSolution {
 /// The year of a receiver set.
 #[derive(Clone, Debug)]
 pub struct SetYear {
-    /// Place among the receivers of the scene.
+    /// Index among the scene's receiver sets.
     pub set: usize,
     /// Its name.
     pub name: String,
@@ -47,32 +47,32 @@ pub struct SetYear {
     pub points: Vec<YearPoint>,
     /// Spatial daylight autonomy: share of the area with 300 lx in half of the occupied hours or more.
     pub autonomy: Estimate,
-    /// Annual sunlight exposure: share of the area on which the sun alone brings 1000 lx in more than 250 occupied hours.
+    /// Annual sunlight exposure: share of the area on which the sun alone gives 1000 lx in more than 250 occupied hours.
     pub sunlit: Estimate,
-    /// Means over the area of what is counted at points.
+    /// Means over the area of the measures at points, in the order of [`MEASURES`].
     pub averages: [Estimate; MEASURES.len()],
     /// Mean illuminance of each hour with light, in lx.
     pub hourly_lx: Vec<f64>,
-    /// Its standard error in lx.
+    /// Standard error of `hourly_lx` in lx.
     pub hourly_standard_error_lx: Vec<f64>,
     /// Share of the area from 300 to 3000 lx in each hour with light.
     pub hourly_useful: Vec<f64>,
-    /// Hours in which blinds are closed; none where there are none.
+    /// Whether blinds are closed in each hour; empty without blinds.
     pub closed: Vec<bool>,
-    /// Greatest error of a point that counts.
+    /// Largest error of a point that counts.
     pub worst_error: f64,
-    /// Root mean square of the errors of those points.
+    /// Root mean square of the errors of the points that count.
     pub error: f64,
 }
 
 /// The year of a point.
 #[derive(Clone, Debug, Default)]
 pub struct YearPoint {
-    /// What is counted, in the order of [`MEASURES`].
+    /// The measures, in the order of [`MEASURES`].
     pub measures: [Estimate; MEASURES.len()],
-    /// Relative standard error of the hours' illuminances, its root mean square over the occupied hours with light; of those darker than a hundredth of
-    /// their mean, relative to that.
+    /// Relative standard error of the hours' illuminances: root mean square over the occupied hours with light. In hours darker
+    /// than a hundredth of the mean illuminance, the error is relative to that hundredth.
     pub error: f64,
-    /// Walks that it took.
+    /// Number of walks.
     pub walks: u64,
 }

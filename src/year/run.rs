@@ -1,4 +1,4 @@
-//! Runs a year: all receivers, in chunks over threads.
+//! Solves a year for all receivers, in chunks over threads.
 
 use rayon::prelude::*;
 
@@ -14,21 +14,21 @@ use crate::chain::Stage;
 use crate::scene::{Emission, Openings, Quantity, ReceiverSet, ReflectionLaw, Scene, Weather, joined};
 use std::sync::Arc;
 
-/// Receivers that are worked on before their hours are handed out.
+/// Number of receivers computed before their hours are passed on.
 const CHUNK: usize = 64;
 
-/// What a year is to be.
+/// Settings of a year.
 #[derive(Clone, Copy, Debug)]
 pub struct YearSettings {
     /// Parts along the sides of Tregenza's patches, 1 to 4.
     pub subdivision: u32,
-    /// Occupied hours of every day: from and to, in standard time.
+    /// Occupied hours of every day: from and to, in standard time, h.
     pub occupied_hours: [f64; 2],
-    /// Relative error of the hours' illuminances that each point is to have.
+    /// Target for the relative error of the hours' illuminances at each point.
     pub target_error: f64,
     /// Seed of all streams.
     pub seed: u64,
-    /// Blinds, where there are any.
+    /// Blinds, if there are any.
     pub blinds: Option<Blinds>,
 }
 
@@ -38,27 +38,26 @@ impl Default for YearSettings {
     }
 }
 
-/// Blinds that are closed while the sun's direct light brings 1000 lx to more than 2 % of a set's points (IES LM-83).
+/// Blinds that are closed while direct sunlight gives 1000 lx or more at more than 2 % of a set's points (IES LM-83).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blinds {
-    /// Share that closed ones let pass of the sky's light and of what surfaces reflect of the sun's; of its direct light they let
-    /// nothing pass.
+    /// Share of skylight and of sunlight reflected by surfaces that closed blinds let pass. They block all direct sunlight.
     pub transmittance: f64,
 }
 
-/// Hours of one receiver, as they are handed out.
+/// Hours of one receiver, as passed to the caller.
 pub struct YearHours<'a> {
     /// The receiver set.
     pub receivers: &'a ReceiverSet,
-    /// Number of the point in it.
+    /// Index of the point in the set.
     pub point: usize,
     /// Illuminance of each hour with light in lx.
     pub lx: &'a [f64],
-    /// Its standard error in lx.
+    /// Standard error of `lx` in lx.
     pub standard_error_lx: &'a [f64],
 }
 
-/// Why a scene has no year.
+/// Reason why a year cannot be computed for a scene.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
 pub struct NotForYear {
@@ -68,7 +67,8 @@ pub struct NotForYear {
     remedy: &'static str,
 }
 
-/// The scene with nothing but a sky of 1 cd/m² all around, its reflectance of the ground and its maintenance.
+/// Returns the scene with a uniform sky of 1 cd/m² as its only luminaire, the ground's reflectance and the factor of maintenance
+/// and dimming.
 fn under_even_sky(mut scene: Scene) -> Result<(Scene, f64, f64), NotForYear> {
     let sky = scene.luminaires.iter().find(|luminaire| matches!(luminaire.emission, Emission::Sky { .. }));
     let Some(luminaire) = sky else {
@@ -97,12 +97,12 @@ fn under_even_sky(mut scene: Scene) -> Result<(Scene, f64, f64), NotForYear> {
     Ok((scene, ground_reflectance, maintained))
 }
 
-/// Solves a year of a scene, which the solution has at last, its light but that of an even sky left out. `hand_out` gets the hours of every point that
-/// counts, in the order of the scene; what it refuses with ends the run.
+/// Solves a year of a scene. The solution contains the scene with a uniform sky as its only luminaire. `hand_out` receives the
+/// hours of every point that is not inside a solid, in the order of the scene; its error ends the run.
 ///
 /// # Errors
 ///
-/// A scene without a sky, or without receivers on planes; what `hand_out` says.
+/// A scene without a sky, or without receivers on planes, and errors of `hand_out`.
 pub fn solve_year<E: From<NotForYear>>(
     scene: Scene,
     weather: &Weather,
@@ -161,7 +161,7 @@ pub fn solve_year<E: From<NotForYear>>(
     })
 }
 
-/// What a year leaves out, in words: the suns that mirrors throw.
+/// Warnings about parts that the year leaves out: sunlight reflected by mirrors.
 fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
     let is_mirror = |material: u32| matches!(scene.materials[material as usize].law, ReflectionLaw::Mirror { .. });
     let mirrors: Vec<String> = scene
@@ -179,7 +179,7 @@ fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
     )]
 }
 
-/// The hours in which blinds are closed, and the rays.
+/// Whether blinds are closed in each hour, and the number of rays traced.
 fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
     let points = &context.scene.receivers[set].points;
     let counted: Vec<usize> = (0..points.len()).filter(|index| !points[*index].inside).collect();
@@ -208,7 +208,7 @@ fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
     (closed, chunks.iter().map(|(_, rays)| rays).sum())
 }
 
-/// What a set's points come to together.
+/// Sums over the points of a set.
 struct SetSums {
     weight: f64,
     autonomy: Counted,
@@ -255,7 +255,7 @@ impl SetSums {
     }
 
     fn finish(self, set: usize, name: &str, points: Vec<YearPoint>, closed: Vec<bool>) -> SetYear {
-        // Where no point counts all sums are 0.
+        // If no point counts, all sums are 0.
         let all = if self.weight > 0.0 { self.weight } else { 1.0 };
         SetYear {
             set,
@@ -278,7 +278,7 @@ impl SetSums {
     }
 }
 
-/// The year of a set, and the rays.
+/// The year of a set, and the number of rays traced.
 fn set_year<E>(
     context: &YearContext,
     set: usize,

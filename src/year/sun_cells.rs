@@ -1,10 +1,12 @@
-//! Where on the surfaces the suns of a year shine: small cells, each of which looks from a point of its own, once.
+//! Where the suns of a year shine on the surfaces: small cells, each sampled once by shadow rays from a random point of its own.
 //!
-//! What a walk meets takes the suns of its cell. A replica has points of its own, so that what cells cannot show differs between replicas and is in the
-//! error, but for how the light's way to the receiver changes within a cell, which its size keeps small.
+//! A walk that meets a surface takes the suns of the cell there. Each replica has its own random points, so effects that cells
+//! cannot resolve differ between replicas and are part of the error. One effect is not: the light's path to the receiver changes
+//! within a cell. The small size of cells keeps it small.
 //!
-//! A cell looks for the nodes of the suns' ways, and for a part of the hours' own suns: what these are off what nodes make of them, over the chance of being
-//! looked for, is what interpolation leaves, without bias (docs/methods.md (40)). Suns are looked for most where their nodes are seen in part.
+//! A cell traces shadow rays to the nodes of the suns' paths and to a sample of the hours' own suns. The difference of a sampled
+//! sun from the value interpolated from nodes, divided by its sampling probability, corrects the interpolation without bias
+//! (docs/methods.md (40)). Sampling is densest where only some of the surrounding nodes are visible.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,91 +23,93 @@ use crate::sampling::warp::uniform_triangle;
 use crate::scene::elements::{part_at, part_corners};
 use crate::scene::{Openings, Scene, Side};
 
-/// Cells of a replica, about, at an error of 3 %, and at most: they go to where walks meet surfaces.
+/// Approximate number of cells of a replica at an error of 3 %, and its maximum. Cells are placed where walks meet surfaces.
 const CELLS: f64 = 8192.0;
 const MOST_CELLS: f64 = 16_384.0;
 const AT_ERROR: f64 = 0.03;
-/// The least edge of a cell in m.
+/// Minimum edge of a cell in m.
 const LEAST_M: f64 = 0.02;
-/// Steps of a share of the sun's light.
+/// Number of steps to store a share of the sun's light.
 const STEPS: f64 = 65_535.0;
 
-/// One of so many suns is looked for at its own place: where the nodes around it are seen in part, and else.
+/// One of this many suns is sampled at its own position: where only some of the surrounding nodes are visible, and elsewhere.
 const IN_PART: usize = 2;
 const ALIKE: usize = 32;
 
-/// A node by its number, and what it brings of 1 lx across its rays, in steps of 1/65535.
+/// A node's number and its illuminance for 1 lx perpendicular to its rays, in steps of 1/65535.
 type NodeShare = (u16, u16);
 
-/// A sun that was looked for at its own place.
+/// A sun that was sampled at its own position.
 pub(super) struct OwnSun {
-    /// Its number.
+    /// Number of the sun.
     pub sun: u16,
-    /// One over the chance of that.
+    /// One over the probability that it is sampled.
     pub times: u16,
-    /// What it brings of 1 lx across its rays, and by how much that is more than its nodes make of it, over the chance: in steps.
+    /// Illuminance for 1 lx perpendicular to its rays. `off` is its difference from the value interpolated from nodes, over the
+    /// sampling probability. Both in steps.
     share: u16,
     off: i32,
 }
 
 impl OwnSun {
-    /// What it brings of 1 lx across its rays in lx.
+    /// Illuminance in lx for 1 lx perpendicular to the sun's rays.
     pub fn lx(&self) -> f64 {
         f64::from(self.share) * (1.0 / STEPS)
     }
 
-    /// By how much that is more than its nodes make of it, over the chance.
+    /// Difference in lx from the value interpolated from nodes, over the sampling probability.
     #[inline]
     pub fn off_lx(&self) -> f64 {
         f64::from(self.off) * (1.0 / STEPS)
     }
 }
 
-/// What a cell sees.
+/// The suns that a cell sees.
 pub(super) struct CellView {
     nodes: Box<[NodeShare]>,
-    /// In the order of the suns' fields.
+    /// The sampled suns, in the order of the suns' fields.
     pub own: Box<[OwnSun]>,
 }
 
 impl CellView {
-    /// The nodes that shine on the cell: their numbers, and the illuminance in lx that each brings of 1 lx across its rays.
+    /// The nodes that shine on the cell: their numbers, and the illuminance in lx that each gives for 1 lx perpendicular to its
+    /// rays.
     #[inline]
     pub fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
         self.nodes.iter().map(|(node, share)| (usize::from(*node), f64::from(*share) * (1.0 / STEPS)))
     }
 
-    /// The illuminance that one of them brings.
+    /// The illuminance in lx that a node gives; 0 if the cell does not see it.
     pub fn of_node(&self, node: usize) -> f64 {
         let place = self.nodes.binary_search_by_key(&node, |(node, _)| usize::from(*node));
         place.map_or(0.0, |place| f64::from(self.nodes[place].1) * (1.0 / STEPS))
     }
 }
 
-/// The suns of all cells, looked for when they are first asked for.
+/// The suns of all cells. Each cell is sampled on first use.
 pub(super) struct SunCells<'a> {
     scene: &'a Scene,
     stage: &'a Stage,
-    /// The hours' own.
+    /// The hours' own suns.
     suns: &'a Suns,
     nodes: &'a SunNodes,
     openings: Option<&'a Openings>,
     seed: u64,
     /// Parts along the edges of each side of each triangle.
     parts: Vec<u32>,
-    /// First cell of each side.
+    /// Number of the first cell of each side.
     firsts: Vec<u32>,
     cells: [Vec<OnceLock<CellView>>; PARTED],
     rays: AtomicU64,
 }
 
-/// Place of a side of a triangle in lists of sides.
+/// Index of a triangle's side in lists of sides.
 pub(super) fn side_index((triangle, side): TriangleSide) -> usize {
     2 * triangle as usize + side as usize
 }
 
 impl<'a> SunCells<'a> {
-    /// Cells for how often walks met each side.
+    /// Creates cells in proportion to how often walks met each side.
     pub fn new(
         (scene, stage): (&'a Scene, &'a Stage),
         (suns, nodes): (&'a Suns, &'a SunNodes),
@@ -143,7 +147,7 @@ impl<'a> SunCells<'a> {
         SunCells { scene, stage, suns, nodes, openings, seed, parts, firsts, cells, rays: AtomicU64::new(0) }
     }
 
-    /// What a place sees of the suns by a replica.
+    /// The suns that a surface point sees in a replica.
     #[inline]
     pub fn suns_on(&self, replica: usize, spot: TriangleSide, barycentric: [f64; 2]) -> &CellView {
         let side = side_index(spot);
@@ -151,12 +155,12 @@ impl<'a> SunCells<'a> {
         self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell))
     }
 
-    /// Rays that looking took.
+    /// Number of shadow rays traced.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
     }
 
-    /// Looks for all nodes from a point of a cell, and for some suns.
+    /// Traces shadow rays from a point of a cell to all nodes and to some suns.
     #[cold]
     fn look(&self, replica: usize, (triangle, side): TriangleSide, cell: u32) -> CellView {
         let index = side_index((triangle, side));
@@ -184,12 +188,12 @@ impl<'a> SunCells<'a> {
         seen
     }
 
-    /// Looks for some of the hours' own suns; returns the rays.
+    /// Traces shadow rays to some of the hours' own suns; returns the number of rays.
     fn look_for_own(&self, seen: &mut CellView, place: &Receiver, stream: &mut Stream) -> u64 {
         let mut node_lx = vec![0.0; self.nodes.suns.towards.len()];
         seen.nodes().for_each(|(node, lx)| node_lx[node] = lx);
         let [first_in_part, first_alike] = stream.pair();
-        // Every so many-th sun from a random first one on: each has the same chance.
+        // Takes every `step`-th sun, starting at a random one. Each sun has the same probability.
         let mut in_part = Every { step: IN_PART, next: (IN_PART as f64 * first_in_part) as usize };
         let mut alike = Every { step: ALIKE, next: (ALIKE as f64 * first_alike) as usize };
         let (mut looked_for, mut times) = (Vec::new(), Vec::new());
@@ -219,15 +223,15 @@ impl<'a> SunCells<'a> {
     }
 }
 
-/// Every so many-th of things that come in lots.
+/// Selects every `step`-th item of a sequence that comes in batches.
 struct Every {
     step: usize,
-    /// How many are to be left out before the next.
+    /// Number of items to skip before the next one.
     next: usize,
 }
 
 impl Every {
-    /// Places in a lot of so many.
+    /// Indices of the selected items in a batch of `count` items.
     fn take(&mut self, count: usize) -> std::iter::StepBy<std::ops::Range<usize>> {
         let first = self.next.min(count);
         let places = (first..count).step_by(self.step);
@@ -246,10 +250,10 @@ mod tests {
     use crate::base::sun::Sun;
     use serde_json::{Value, json};
 
-    /// On the floor of a room with a window, before which a building stands, in the hours of two winter months: nodes and what a few suns show together
-    /// are what all suns by themselves are, seen from the same points of cells. In half of the places each hour's sign of what nodes alone have wrong is
-    /// found, by which the other half is summed: seed 1, 4,608 sums with 16 replicas, within 4 standard errors (α 6e-5). Nodes alone, the planted fault,
-    /// are off by more than 10 of them.
+    /// Checks the floor of a room with a window and a building opposite, in the hours of two winter months. Nodes together with a
+    /// few sampled suns agree with all suns sampled themselves, from the same points of cells. Half of the points give the sign of
+    /// the nodes' error for each hour. The other half is summed with these signs. Seed 1, 4,608 sums with 16 replicas, within 4
+    /// standard errors (α 6e-5). Planted fault: nodes alone deviate by more than 10 standard errors.
     #[test]
     fn a_few_suns_make_up_for_what_nodes_have_wrong() {
         const PLACES: usize = 24;
@@ -282,7 +286,7 @@ mod tests {
         let meetings = vec![1; 2 * scene.triangles.len()];
         let cells = |nodes| SunCells::new((&scene, &stage), (&suns, nodes), None, &meetings, (0.03, 1));
         let (few, all) = (cells(&nodes), cells(&themselves));
-        // Of a place by a replica and each sun: what nodes have wrong, and what is left of it.
+        // For a point, a replica and each sun: the error of nodes alone, and the error that remains.
         let wrong = |replica: usize, place: usize| -> Vec<[f64; 2]> {
             let across = |number: usize| 0.5 * (number as f64 + 0.5) / PLACES as f64;
             let barycentric = [across(place % PLACES), across(place / PLACES)];

@@ -1,8 +1,9 @@
-//! Fewer suns than hours: a grid over the sun's ways of the year, among whose nodes what surfaces reflect of the sun is interpolated.
+//! Fewer suns than hours: a grid over the sun's paths of the year. Sunlight reflected by surfaces is interpolated between its
+//! nodes.
 //!
-//! The grid lies in declination and hour angle, in which the sun of every hour of a year has a neighbour within a degree or two: what is looked for at a node
-//! serves all of them, but for what a few of their own suns show to be left (docs/methods.md, section 27). The sun's own light, which has edges, is looked
-//! for at each hour's own place.
+//! The grid uses declination and hour angle. In these coordinates the sun of every hour of a year has a neighbour within a degree
+//! or two. A shadow ray to a node serves all these suns. A sample of their own suns corrects the rest (docs/methods.md, section
+//! 27). Direct sunlight has sharp edges and is sampled at each hour's own position.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,17 +14,17 @@ use crate::estimators::sunlight::Suns;
 
 /// Steps of the grid in degrees of declination and of hour angle.
 const STEP_DEG: f64 = 4.0;
-/// Nodes around a sun.
+/// Number of nodes around a sun.
 const AROUND: usize = 4;
 
-/// Nodes, and the weights by which suns take theirs.
+/// Nodes, and the weights of the nodes for each sun.
 #[derive(Clone, Debug)]
 pub(super) struct SunNodes {
-    /// The nodes as suns of 1 lx across their rays.
+    /// The nodes as suns of 1 lx perpendicular to their rays.
     pub suns: Suns,
-    /// Of each sun the nodes around it with their weights, which add up to 1.
+    /// For each sun the surrounding nodes with their weights, which add up to 1.
     around: Vec<[(u32, f64); AROUND]>,
-    /// The fields of the grid that have suns; none where suns are nodes themselves.
+    /// The fields of the grid that contain suns; empty if the suns themselves are nodes.
     pub fields: Vec<SunField>,
     /// The suns of all fields, field by field.
     in_fields: Vec<u16>,
@@ -32,13 +33,13 @@ pub(super) struct SunNodes {
 /// A field of the grid.
 #[derive(Clone, Debug)]
 pub(super) struct SunField {
-    /// The nodes at its corners; none where one lies below the horizon.
+    /// The nodes at its corners; `None` for a corner below the horizon.
     pub corners: [Option<u32>; AROUND],
     suns: Range<usize>,
 }
 
 impl SunNodes {
-    /// Nodes for suns that are seen from a latitude. Where these are fewer each is a node by itself.
+    /// Nodes for suns seen from a latitude. If the suns are not more than the nodes, each sun is its own node.
     pub fn of(suns: &Suns, latitude_deg: f64) -> SunNodes {
         let frame = EquinoxAxes::at(latitude_deg);
         let corners: Vec<[(SunNode, f64); AROUND]> =
@@ -68,7 +69,7 @@ impl SunNodes {
         SunNodes { suns: Suns { towards, disk: suns.disk }, around, fields, in_fields }
     }
 
-    /// Suns that are nodes by themselves.
+    /// Makes each sun its own node.
     pub fn themselves(suns: &Suns) -> SunNodes {
         let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
         SunNodes { suns: suns.clone(), around: itself.collect(), fields: vec![], in_fields: vec![] }
@@ -79,13 +80,13 @@ impl SunNodes {
         &self.in_fields[field.suns.clone()]
     }
 
-    /// What nodes have makes, for a sun among them.
+    /// Interpolates a value of the nodes for a sun.
     #[inline]
     pub fn between(&self, sun: usize, of_node: impl Fn(usize) -> f64) -> f64 {
         self.around(sun).map(|(node, weight)| weight * of_node(node)).sum()
     }
 
-    /// The nodes of a sun, and their weights.
+    /// The nodes around a sun, with their weights.
     #[inline]
     pub fn around(&self, sun: usize) -> impl Iterator<Item = (usize, f64)> {
         let around = self.around[sun].iter().filter(|(_, weight)| *weight > 0.0);
@@ -93,10 +94,10 @@ impl SunNodes {
     }
 }
 
-/// A node by its steps of declination and of hour angle.
+/// A node by its step numbers of declination and of hour angle.
 type SunNode = (i32, i32);
 
-/// Axes towards the pole, where the sun stands at noon of an equinox, and west.
+/// Axes: towards the pole, towards the sun at noon of an equinox, and west.
 struct EquinoxAxes {
     pole: DVec3,
     noon: DVec3,
@@ -115,7 +116,7 @@ impl EquinoxAxes {
         sin * self.pole + cos * (along * self.noon + across * self.west)
     }
 
-    /// The nodes around a direction with their bilinear weights; those below the horizon leave theirs to the others.
+    /// The nodes around a direction with their bilinear weights. The weights of nodes below the horizon are given to the others.
     fn corners(&self, towards: DVec3) -> [(SunNode, f64); AROUND] {
         let declination = towards.dot(self.pole).clamp(-1.0, 1.0).asin().to_degrees() / STEP_DEG;
         let hour_angle = towards.dot(self.west).atan2(towards.dot(self.noon)).to_degrees() / STEP_DEG;
@@ -148,8 +149,9 @@ mod tests {
     use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
     use crate::base::sun::Sun;
 
-    /// The suns of a year at 52° N: an eighth of them as nodes, all above the horizon, within a step of the sun; a smooth function of direction comes out of
-    /// its nodes within 0.2%, and by the nearest of them alone, the planted fault, it does not. Few suns stay themselves.
+    /// Checks the suns of a year at 52° N. The nodes are at most a seventh of the suns, above the horizon, and within a step of the
+    /// sun. Interpolation of a smooth function of direction is accurate to 0.2%. Planted fault: the nearest node alone is not. Few
+    /// suns are their own nodes.
     #[test]
     fn nodes_stand_for_suns() {
         let disk = Sun::of_normal(DVec3::Z, 1.0);

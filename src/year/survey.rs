@@ -1,4 +1,4 @@
-//! A survey before the year: where walks meet surfaces, and what patches of even luminance make of the sky.
+//! A survey before the year: where walks meet surfaces, and how large the error of patches of uniform luminance is.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,33 +14,33 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, Scene};
 
-/// Receivers and walks.
+/// Number of surveyed receivers, and of walks from each.
 const SURVEYED: usize = 128;
 const WALKS: u64 = 512;
-/// Occupied hours whose skies are looked at.
+/// Number of occupied hours whose skies are compared.
 const HOURS: usize = 48;
 
-/// What the survey found.
+/// Result of the survey.
 pub(super) struct HourSurvey {
-    /// How often walks met each side of a triangle.
+    /// Number of times that walks met each side of a triangle.
     pub meetings: Vec<u32>,
-    /// In the median hour: root mean square, over surveyed receivers, of what patches of even luminance make of the light of the sky, over that
-    /// of the light itself; 0 where chance leaves nothing of it. In the first and the last minutes of a day the model of the sky has its light
-    /// in a rim about the horizon, so that a mean over hours would tell of these alone.
+    /// Relative error of the sky's light due to patches of uniform luminance, in the median hour. It is a root mean square over the
+    /// surveyed receivers, relative to the light itself; 0 if noise hides it. The median is used because in the first and last
+    /// minutes of a day the sky model has its light in a rim at the horizon. A mean over hours would depend on these alone.
     pub patch_error: f64,
     pub rays: u64,
 }
 
-/// An hour under both skies.
+/// An hour with both skies: its patches and its exact sky.
 struct Compared<'a> {
     patches_cd_m2: &'a [f64],
     sky: Sky,
 }
 
-/// What walks find under the patches and under the sky itself in lx, of both halves of the walks.
+/// Illuminance in lx that walks find under the patches and under the exact sky, for both halves of the walks.
 type Both = [[f64; 2]; 2];
 
-/// What walks from one receiver find: the sides of triangles that they meet, and the light of each hour.
+/// Results of the walks from one receiver: the sides of triangles that they meet, and the light of each hour.
 struct HourTally<'a> {
     of: &'a YearSky,
     hours: &'a [Compared<'a>],
@@ -65,9 +65,10 @@ impl CoefficientTally for HourTally<'_> {
     }
 }
 
-/// Walks from receivers all over the planes.
+/// Traces walks from receivers spread over the planes.
 ///
-/// Patches and sky share their walks, so that chance is small in their difference; what is left of it falls out of the product of two halves of the walks.
+/// Patches and exact sky share the same walks, so the noise in their difference is small. The product of two halves of the walks
+/// removes the rest of the noise on average.
 pub(super) fn survey(
     (scene, stage): (&Scene, &Stage),
     openings: &Openings,
@@ -99,7 +100,7 @@ pub(super) fn survey(
         let mut rays = 0;
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..WALKS {
-                // Halves of one quasi-random sequence would know of each other: each has its own.
+                // The two halves of one quasi-random sequence would be correlated. Each half therefore has its own sequence.
                 let sequence = 2 * number as u64 + walk % 2;
                 stream.seek_quasi((number as u64) * WALKS + walk, sequence, walk / 2);
                 tally.half = (walk % 2) as usize;

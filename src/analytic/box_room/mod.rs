@@ -1,8 +1,8 @@
 //! Rectangular rooms with diffuse faces, by radiosity with exact form factors.
 //!
-//! Every face is cut into n × n rectangles, finer towards the edges. The exchange between rectangles and the direct
-//! light's mean over each are exact, so that only the exitance's variation within a rectangle is lost, an error that
-//! falls as 1/n². Three meshes, each twice as fine as the one before, let it be extrapolated away and judged.
+//! Every face is cut into n × n rectangles, finer towards the edges. The exchange between rectangles and the mean direct light over
+//! each are exact. Only the variation of the exitance within a rectangle is lost, an error that falls as 1/n². Three meshes, each
+//! twice as fine as the one before, allow to extrapolate this error away and to estimate what remains.
 
 #[cfg(test)]
 mod tests;
@@ -16,23 +16,23 @@ use super::error::{AnalyticError, require, require_length, require_light, requir
 use crate::radiosity::faces;
 use crate::radiosity::mesh::{RoomMesh, extrapolated, graded_edges};
 
-/// A room from the origin to `size_m`, its faces seen from within.
+/// A room from the origin to `size_m`; its faces face inwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxRoom {
     /// Lengths along x, y and z, m.
     pub size_m: [f64; 3],
     /// Reflectances of the faces, in the order of [`RoomFace::ALL`]: x low, x high, y low, y high, floor, ceiling.
     pub reflectances: [f64; 6],
-    /// What lights it.
+    /// Light sources of the room.
     pub sources: Vec<RoomSource>,
 }
 
-/// An illuminance in a room.
+/// The illuminance at a point or over an area of a room.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoomValue {
-    /// Straight from the sources, lx; exact.
+    /// Direct illuminance from the sources, lx; exact.
     pub direct_lx: f64,
-    /// After one reflection or more, lx.
+    /// Illuminance after one or more reflections, lx.
     pub indirect_lx: f64,
     /// Estimated error of the indirect part, lx.
     pub estimated_error_lx: f64,
@@ -45,10 +45,10 @@ impl RoomValue {
     }
 }
 
-/// Divisions of a face on the three meshes.
+/// Divisions of a face's edge on the three meshes.
 const DIVISIONS: [usize; 3] = [8, 16, 32];
 
-/// A room that has been solved.
+/// A solved room.
 #[derive(Clone, Debug)]
 pub struct BoxRoomSolution {
     room: BoxRoom,
@@ -56,14 +56,14 @@ pub struct BoxRoomSolution {
 }
 
 impl BoxRoom {
-    /// Solves the room: under a second, and some 150 MB meanwhile.
+    /// Solves the room in less than a second, with about 150 MB of memory.
     ///
-    /// Accuracy: the indirect part to 1e-4 of itself, less well within a hundredth of the room from an edge or
-    /// corner; every value has its own estimate. Sources much nearer to a face than a tenth of the room cost accuracy.
+    /// Accuracy: the indirect part has a relative error of 1e-4. It is larger within a hundredth of the room from an edge or
+    /// corner. Every value has its own estimated error. Sources nearer to a face than a tenth of the room lower the accuracy.
     ///
     /// # Errors
-    /// Lengths that are not positive, reflectances outside 0 to 1, all of them 1 (nothing would absorb), sources
-    /// outside the room or of negative strength.
+    /// Lengths that are not positive, reflectances outside 0 to 1, all reflectances 1 (no face absorbs), sources outside the room
+    /// or of negative strength.
     ///
     /// ```
     /// use luxmc::analytic::box_room::{BoxRoom, RoomFace, RoomSource};
@@ -111,16 +111,16 @@ impl BoxRoom {
 impl BoxRoomSolution {
     /// Mean illuminance over a face.
     ///
-    /// The means over all faces balance exactly: Σ (1 − ρ)EA is the flux emitted.
+    /// The means over all faces balance exactly: Σ (1 − ρ)EA equals the emitted flux.
     pub fn face_mean(&self, face: RoomFace) -> RoomValue {
         let direct_lx = self.meshes[DIVISIONS.len() - 1].face_direct_lx(face);
         self.limit(direct_lx, |mesh| mesh.face_indirect_lx(face))
     }
 
-    /// Illuminance at a point of a face, `u` and `v` metres along the other two axes (in the axes' order).
+    /// Illuminance at a point of a face, `u` and `v` metres along the other two axes (in the order of the axes).
     ///
     /// # Errors
-    /// A place off the face.
+    /// A point outside the face.
     pub fn on_face(&self, face: RoomFace, u: f64, v: f64) -> Result<RoomValue, AnalyticError> {
         let [length_u, length_v] = face.other_axes().map(|axis| self.room.size_m[axis]);
         for (what, place, length) in [("the place u", u, length_u), ("the place v", v, length_v)] {
@@ -142,13 +142,13 @@ impl BoxRoomSolution {
         self.limit(direct_lx, |mesh| mesh.indirect_at_lx(position, normal))
     }
 
-    /// Mean illuminance over a triangle that lies on a face, its corners in the room's coordinates, in either order.
+    /// Mean illuminance over a triangle on a face. Its corners are in the room's coordinates, in either order.
     ///
-    /// Accuracy: of the direct part, exact for point sources; of what is integrated (the indirect part, panels), 1e-5 where the triangle is no
-    /// larger than a quarter of the face.
+    /// Accuracy: the direct part is exact for point sources. Integrated parts (the indirect part, panels) have a relative error of
+    /// 1e-5 if the triangle is no larger than a quarter of the face.
     ///
     /// # Errors
-    /// Corners that do not lie on one face, and triangles without area.
+    /// Corners that do not lie on one face, and triangles with zero area.
     pub fn triangle_mean(&self, corners: [DVec3; 3]) -> Result<RoomValue, AnalyticError> {
         let area_m2 = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
         require(area_m2 > 0.0, "the triangle's area", area_m2, "a positive area", "give three corners not in a line")?;

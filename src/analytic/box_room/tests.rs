@@ -7,7 +7,8 @@ fn lit_cube(reflectance: f64) -> BoxRoom {
     BoxRoom { size_m: [4.0; 3], reflectances: [reflectance; 6], sources: vec![source] }
 }
 
-/// 6 m × 4 m × 3 m, floor 0.2, ceiling 0.7, walls unequal, a point off the centre and a panel on the ceiling.
+/// 6 m × 4 m × 3 m, floor 0.2, ceiling 0.7, walls with different reflectances, a point source off the centre and a panel on the
+/// ceiling.
 fn uneven_room() -> BoxRoom {
     let point = RoomSource::Point { position: DVec3::new(1.7, 2.9, 1.9), intensity_cd: 300.0 };
     let panel =
@@ -56,7 +57,7 @@ fn the_flux_balances_with_unequal_faces() {
 
 #[test]
 fn an_isothermal_room_is_even_everywhere() {
-    // With exitances (1 − ρ)πL₀ the illuminance is πL₀ at every point, edges and corners included.
+    // With exitances (1 − ρ)πL₀ the illuminance is πL₀ at every point, including edges and corners.
     let reflectances = [0.1, 0.95, 0.3, 0.0, 0.7, 1.0];
     let size_m = [6.0, 4.0, 3.0];
     let panel = |face: RoomFace| RoomSource::Panel {

@@ -1,55 +1,55 @@
-//! Where Sobolev's integral is taken: panels of nodes along three pieces of path, with the spectral function on them.
+//! Integration paths of Sobolev's integral: panels of nodes along three pieces of path, with the spectral function at the nodes.
 //!
-//! The poles of G in the right half-plane begin at Im k = 3.7 and lie left of Re k = ½ ln(π|k|/2), so the path up the
-//! imaginary axis to [`TURN`] and on along a ray at [`RAY_ANGLE`] encloses none of them with the real axis, whatever
-//! the reflectances: both paths give the same integral, and no residue is owed. As ρ₁ρ₂ → 1 one more pole nears
-//! k = 0 just left of the imaginary axis; panels are halved until G is smooth on each.
+//! The poles of G in the right half-plane begin at Im k = 3.7 and lie left of Re k = ½ ln(π|k|/2). The turned path goes up the
+//! imaginary axis to [`TURN`] and then along a ray at [`RAY_ANGLE`]. It encloses no pole together with the real axis, for any
+//! reflectances. Both paths therefore give the same integral, without residues. As ρ₁ρ₂ → 1 one more pole approaches k = 0 just
+//! left of the imaginary axis. Panels are halved until G is smooth on each.
 
 use nalgebra::Complex;
 
 use super::Spectrum;
 use crate::base::quadrature::GaussLegendre;
 
-/// Height at which the turned path leaves the imaginary axis: well under the first pole's 3.7.
+/// Height at which the turned path leaves the imaginary axis, well below the first pole's 3.7.
 pub(super) const TURN: f64 = 2.0;
 
-/// Angle of the ray to the real axis, in radians: it passes the poles on their right by 0.8 or more.
+/// Angle between the ray and the real axis, in radians. The ray passes right of the poles at a distance of 0.8 or more.
 pub(super) const RAY_ANGLE: f64 = 0.6;
 
 /// Nodes of a panel's Gauss–Legendre rule.
 pub(super) const NODES: usize = 16;
 
-/// A panel is halved while its last Legendre coefficients exceed this part of its largest value. The rule's own
-/// error goes as the square of that.
+/// A panel is halved while its last Legendre coefficients exceed this part of its largest value. The error of the rule is
+/// proportional to the square of this.
 const SMOOTH: f64 = 1e-9;
 
-/// More halvings than any pole that doubles can express calls for.
+/// Maximum number of halvings. No pole in double precision needs more.
 const MOST_HALVINGS: u32 = 60;
 
-/// Exponents past which e^−x is nothing beside 1, with room for the powers that go with it.
+/// Exponent beyond which e^−x is negligible beside 1, with a margin for the powers multiplied with it.
 pub(super) const NOTHING_LEFT: f64 = 42.0;
 
-/// One panel: a stretch of the path's parameter, with the spectral function times everything but the wave.
+/// One panel: an interval of the path's parameter, with the spectral function times every factor except the wave.
 #[derive(Clone, Debug)]
 pub(super) struct Panel<T> {
-    /// Stretch of the parameter, rising.
+    /// Interval of the parameter, rising.
     pub from: f64,
     pub to: f64,
-    /// Nodes as the wave needs them.
+    /// Positions of the nodes, in the form that the wave needs.
     pub places: [T; NODES],
     /// Values of the integrand without the wave.
     pub values: [T; NODES],
 }
 
-/// The panel rule with the two projections that judge it.
+/// The rule of a panel with the two projections that estimate its error.
 #[derive(Clone, Debug)]
 pub(super) struct PanelRule {
     rule: GaussLegendre,
-    /// Row i: weights that give the Legendre coefficients of the two highest degrees the nodes resolve.
+    /// Weights that give the Legendre coefficients of the two highest degrees that the nodes resolve, one row for each degree.
     projections: [[f64; NODES]; 2],
 }
 
-/// A panel's integral and what its coefficients say about its error.
+/// The integral over a panel, and its error estimated from the coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PanelSum {
     pub value: f64,
@@ -77,8 +77,8 @@ impl PanelRule {
 
     /// Integral over a panel of half-width `half` from its values at the nodes.
     ///
-    /// A function whose highest resolved coefficients are c times its size is integrated to about c², since the rule
-    /// is exact to twice the degree.
+    /// If the highest resolved coefficients are c times the function's size, the integral's relative error is about c². The reason
+    /// is that the rule is exact to twice the degree.
     pub fn sum(&self, half: f64, values: &[f64; NODES]) -> PanelSum {
         let mut out = PanelSum::default();
         let mut coefficients = [0.0f64; 2];
@@ -107,7 +107,7 @@ impl PanelRule {
         })
     }
 
-    /// Panels over the given edges, halved until `integrand` (place and value from the parameter) is smooth on each.
+    /// Panels over the given edges, halved until `integrand` (position and value from the parameter) is smooth on each.
     fn panels(
         &self,
         edges: &[f64],
@@ -135,10 +135,10 @@ impl PanelRule {
 
 /// Panels along the real axis: k and k G(k).
 pub(super) fn real_axis(rule: &PanelRule, spectrum: &Spectrum) -> Vec<Panel<f64>> {
-    // Below the lowest edge k G(k) is at most k/(1 − ρ₁ρ₂), which integrates to nothing.
+    // Below the lowest edge k G(k) is at most k/(1 − ρ₁ρ₂), with a negligible integral.
     let lowest = 1e-9 * spectrum.absorbed.sqrt();
     let mut edges = rising_powers(lowest, 2.0);
-    // Beyond 2 the wave sets the width: eight radians either way at r = 8.
+    // Beyond 2 the wave determines the width: a panel of 2 spans eight radians either way at r = 8.
     while edges[edges.len() - 1] * (1.0 + spectrum.h1.min(spectrum.h2)) < NOTHING_LEFT {
         edges.push(edges[edges.len() - 1] + 2.0);
     }
@@ -159,11 +159,11 @@ pub(super) fn imaginary_axis(rule: &PanelRule, spectrum: &Spectrum, r_max: f64) 
     split(rule.panels(&edges, on_axis), |k| k.im, |f| f.im)
 }
 
-/// The lowest panel of the turned integral ends at this t r: it holds (t r)³ ln(t r) of it, so its singularity matters
-/// no more.
+/// The lowest panel of the turned integral ends at this t r. It contributes the part (t r)³ ln(t r), so its singularity is
+/// negligible.
 const NEGLIGIBLE_PHASE: f64 = 4e-6;
 
-/// Panels along the ray: k and k G(k) e^{iφ}; the parameter is the distance from where the ray begins.
+/// Panels along the ray: k and k G(k) e^{iφ}. The parameter is the distance from the beginning of the ray.
 pub(super) fn ray(rule: &PanelRule, spectrum: &Spectrum, r_min: f64) -> Vec<Panel<Complex<f64>>> {
     let direction = Complex::from_polar(1.0, RAY_ANGLE);
     let mut edges = vec![0.0, 0.5, 1.0];
@@ -176,7 +176,7 @@ pub(super) fn ray(rule: &PanelRule, spectrum: &Spectrum, r_min: f64) -> Vec<Pane
     })
 }
 
-/// 0, then powers of two times `to` from just below `lowest` up to `to`.
+/// Returns 0, then `to` times powers of two from just below `lowest` up to `to`.
 fn rising_powers(lowest: f64, to: f64) -> Vec<f64> {
     let mut edges = vec![to];
     while edges[edges.len() - 1] > lowest {
@@ -187,7 +187,7 @@ fn rising_powers(lowest: f64, to: f64) -> Vec<f64> {
     edges
 }
 
-/// The same panels with one real number a node.
+/// The same panels with one real number per node.
 fn split(
     panels: Vec<Panel<Complex<f64>>>,
     place: impl Fn(Complex<f64>) -> f64,

@@ -1,9 +1,9 @@
 //! Sobolev's problem: a point source between two infinite parallel diffuse planes.
 //!
-//! With κ(k) = k K₁(k), the Hankel transform of the planes' kernel 1/(π(1+r²)²), and
-//! G(k) = ρ₂κ(ρ₁κe^{−h₁k} + e^{−h₂k})/(1 − ρ₁ρ₂κ²), the light that plane 1 gets by reflection is ∫₀^∞ k G(k) J₀(kr) dk.
-//! Near the source that is summed along the real axis. Farther off the waves cancel, so the path is turned towards
-//! the imaginary axis, where nothing cancels: there the integral is −(2/π) ∫ t K₀(tr) Im G(it) dt.
+//! κ(k) = k K₁(k) is the Hankel transform of the planes' kernel 1/(π(1+r²)²), and G(k) = ρ₂κ(ρ₁κe^{−h₁k} + e^{−h₂k})/(1 − ρ₁ρ₂κ²).
+//! The reflected illuminance on plane 1 is ∫₀^∞ k G(k) J₀(kr) dk. Near the source it is integrated along the real axis. Farther
+//! away the waves cancel there. The path is then turned towards the imaginary axis, where nothing cancels and the integral is
+//! −(2/π) ∫ t K₀(tr) Im G(it) dt.
 //!
 //! Source: V. V. Sobolev, "On the illumination of two parallel planes", 1944.
 
@@ -19,7 +19,7 @@ use self::contour::{NODES, NOTHING_LEFT, Panel, PanelRule, PanelSum, TURN};
 use super::error::{AnalyticError, require, require_reflectance};
 use crate::base::special::{EULER_GAMMA, bessel_j0, bessel_k0, complex_bessel_k0_scaled, z_bessel_k1_and_deficit};
 
-/// Two infinite parallel diffuse planes at distance 1 m, an isotropic point source of 1 cd between them.
+/// Two infinite parallel diffuse planes 1 m apart, with an isotropic point source of 1 cd between them.
 ///
 /// For planes at distance h and a source of I cd, give h₁/h and r/h and multiply the illuminances by I/h².
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct SobolevProblem {
     pub rho2: f64,
 }
 
-/// The plane that is asked about.
+/// The plane whose illuminance is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SobolevPlane {
     /// The plane at distance h₁ from the source.
@@ -44,24 +44,24 @@ pub enum SobolevPlane {
 /// Illuminance on one of the planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SobolevValue {
-    /// Straight from the source, lx; good to rounding.
+    /// Direct illuminance from the source, lx; accurate to rounding.
     pub direct_lx: f64,
-    /// After one reflection or more, lx.
+    /// Illuminance after one or more reflections, lx.
     pub reflected_lx: f64,
-    /// Both together, lx.
+    /// Sum of direct and reflected illuminance, lx.
     pub total_lx: f64,
     /// Estimated error of the reflected part, lx; an upper estimate.
     pub estimated_error_lx: f64,
 }
 
-/// Illuminance at distance `r` from the foot of the source, on one plane.
+/// Illuminance on one plane at distance `r` from the foot of the source.
 ///
-/// Units: lx, for 1 cd and planes 1 m apart, r in m. Range: every finite r ≥ 0.
-/// Accuracy: the reflected part is good to 1e-12 of itself for r ≤ 1e4, 1e-3 ≤ h₁ ≤ 1 − 1e-3 and reflectances up to
-/// 0.9999 (or 1 on one plane); the estimated error covers the true one.
+/// Units: lx, for 1 cd and planes 1 m apart, r in m. Range: every finite r ≥ 0. Accuracy: the reflected part has a relative error
+/// of 1e-12 for r ≤ 1e4, 1e-3 ≤ h₁ ≤ 1 − 1e-3 and reflectances up to 0.9999 (or 1 on one plane). The estimated error covers the
+/// true error.
 ///
 /// # Errors
-/// h₁ outside (0, 1), a reflectance outside [0, 1], a negative or non-finite r; reflectance 1 on both planes, where
+/// h₁ outside (0, 1), a reflectance outside [0, 1], a negative or non-finite r, or reflectance 1 on both planes. In the last case
 /// nothing absorbs and the illuminance is infinite.
 ///
 /// ```
@@ -79,9 +79,9 @@ pub fn sobolev(problem: &SobolevProblem, plane: SobolevPlane, r: f64) -> Result<
     Ok(sobolev_at_radii(problem, plane, &[r])?[0])
 }
 
-/// Illuminances at many distances, sharing the work that does not depend on them: some 30 µs a distance.
+/// Illuminances at many distances. Work that does not depend on the distance is shared: about 30 µs per distance.
 ///
-/// Units, range, accuracy, errors: those of [`sobolev`]. The values come in the order of `radii`.
+/// Units, range, accuracy, errors: those of [`sobolev`]. The values are in the order of `radii`.
 pub fn sobolev_at_radii(
     problem: &SobolevProblem,
     plane: SobolevPlane,
@@ -109,14 +109,14 @@ pub fn sobolev_at_radii(
     Ok(values.collect())
 }
 
-/// Below this r the real axis is used, from it on the turned path. At the border the real axis has lost two digits at most.
+/// For r below this the real axis is used, from it on the turned path. At this limit the real axis loses two digits at most.
 const REAL_AXIS_BELOW: f64 = 3.0;
 
-/// Rounding errors of a sum, as a fraction of the sum of its terms' sizes: those of κ and of the wave, about 2e-15 at
-/// worst and mostly of either sign, with room for what was not met in 1,040 cases.
+/// Rounding error of a sum, as a fraction of the sum of its terms' absolute values. The errors of κ and of the wave are about 2e-15
+/// at worst, mostly of either sign. The value has a margin for cases other than the 1,040 tested ones.
 const ROUNDING: f64 = 6e-15;
 
-/// The truncation estimate is raised by this for integrands whose coefficients do not fall evenly.
+/// Safety factor on the truncation estimate, for integrands whose coefficients do not fall evenly.
 const TRUNCATION_SAFETY: f64 = 10.0;
 
 /// The spectral function G for one plane.
@@ -126,7 +126,7 @@ struct Spectrum {
     h2: f64,
     rho1: f64,
     rho2: f64,
-    /// 1 − ρ₁ρ₂ without cancellation.
+    /// 1 − ρ₁ρ₂ computed without cancellation.
     absorbed: f64,
 }
 
@@ -152,7 +152,7 @@ impl Spectrum {
         })
     }
 
-    /// G(k). On the imaginary axis the imaginary part keeps its digits: all its terms have one sign.
+    /// G(k). On the imaginary axis the imaginary part keeps its digits, because all its terms have one sign.
     fn at(&self, k: Complex<f64>) -> Complex<f64> {
         let (kappa, deficit) = z_bessel_k1_and_deficit(k);
         let first = kappa * (k * -self.h1).exp() * self.rho1 + (k * -self.h2).exp();
@@ -169,7 +169,7 @@ struct ReflectedEstimate {
     estimated_error: f64,
 }
 
-/// Adds panels up.
+/// Adds up the sums of panels.
 #[derive(Default)]
 struct PanelTally(PanelSum);
 
@@ -186,25 +186,25 @@ impl PanelTally {
     }
 }
 
-/// ∫₀^∞ k G(k) J₀(kr) dk along the real axis: good where the waves hardly cancel.
+/// ∫₀^∞ k G(k) J₀(kr) dk along the real axis. It is accurate where the waves hardly cancel.
 struct RealAxisForm {
     rule: PanelRule,
     panels: Vec<Panel<f64>>,
-    /// Sums over the panels before each: of k G(k), and of that times k² and k⁴.
+    /// Sums over the panels before each panel: of k G(k), and of k G(k) times k² and k⁴.
     moments: Vec<[f64; 3]>,
 }
 
-/// A last panel with less than this part of the whole is left out: r < 3 makes of the whole 0.02 or more.
+/// A last panel with less than this part of the whole is left out. For r < 3 the integral is at least 0.02 of the whole.
 const NOTHING_ON_AXIS: f64 = 1e-17;
 
-/// Up to this kr the wave is 1 − (kr)²/4 + (kr)⁴/64, the next term being (kr)⁶/2304.
+/// Up to this kr the wave is 1 − (kr)²/4 + (kr)⁴/64. The next term is (kr)⁶/2304.
 const FLAT_PHASE: f64 = 0.01;
 
 impl RealAxisForm {
     fn new(spectrum: &Spectrum) -> RealAxisForm {
         let rule = PanelRule::new();
         let mut panels = contour::real_axis(&rule, spectrum);
-        // Falling exponentials leave nothing in the last panels.
+        // Because of the falling exponentials the last panels are negligible.
         let size = |panel: &Panel<f64>| rule.sum(0.5 * (panel.to - panel.from), &panel.values).absolute;
         let nothing = NOTHING_ON_AXIS * panels.iter().map(size).sum::<f64>();
         while panels.last().is_some_and(|panel| size(panel) < nothing) {
@@ -237,17 +237,17 @@ impl RealAxisForm {
     }
 }
 
-/// The integral along the turned path: up the imaginary axis, then off along a ray.
+/// The integral along the turned path: up the imaginary axis, then along a ray.
 struct TurnedForm {
     rule: PanelRule,
     axis: Vec<Panel<f64>>,
-    /// Sums over the axis' panels before each, with v = −(2/π) t Im G(it): of v tⁿ and of v tⁿ ln t, for n = 0, 2, 4.
+    /// Sums over the axis' panels before each panel, with v = −(2/π) t Im G(it): of v tⁿ and of v tⁿ ln t, for n = 0, 2, 4.
     moments: Vec<[[f64; 2]; 3]>,
     ray: Vec<Panel<Complex<f64>>>,
 }
 
 impl TurnedForm {
-    /// For radii from `r_min` (some 1 or more) to `r_max`.
+    /// For radii from `r_min` (about 1 or more) to `r_max`.
     fn new(spectrum: &Spectrum, r_min: f64, r_max: f64) -> TurnedForm {
         let rule = PanelRule::new();
         let axis = contour::imaginary_axis(&rule, spectrum, r_max);
@@ -280,7 +280,7 @@ impl TurnedForm {
             let values = std::array::from_fn(|i| panel.values[i] * bessel_k0(panel.places[i] * r));
             tally.add(self.rule.sum(0.5 * (panel.to - panel.from), &values));
         }
-        // The ray begins where the wave has fallen by e^{−2r} already.
+        // At the beginning of the ray the wave has already fallen by e^{−2r}.
         let fall = r * contour::RAY_ANGLE.sin() + contour::RAY_ANGLE.cos();
         let begins = TURN * r - 4.0 * r.ln_1p();
         for panel in self.ray.iter().take_while(|panel| begins + panel.from * fall < NOTHING_LEFT_OF_RAY) {
@@ -290,7 +290,7 @@ impl TurnedForm {
         tally.estimate()
     }
 
-    /// The panels' part where K₀(tr) goes by its first terms, Σ (x/2)^{2n}/n!² (ψ(n+1) − ln(x/2)) to n = 2.
+    /// Contribution of the panels on which the first terms of K₀(tr) suffice: Σ (x/2)^{2n}/n!² (ψ(n+1) − ln(x/2)) to n = 2.
     fn shallow(&self, r: f64, moments: &[[f64; 2]; 3]) -> f64 {
         let log = (0.5 * r).ln();
         let q = 0.25 * r * r;
@@ -300,10 +300,10 @@ impl TurnedForm {
     }
 }
 
-/// Up to this tr the wave K₀(tr) goes by three terms: the next is (tr)⁶ ln(tr)/2304 = 1e-16.
+/// Up to this tr three terms of the wave K₀(tr) suffice. The next is (tr)⁶ ln(tr)/2304 = 1e-16.
 const SHALLOW_PHASE: f64 = 0.006;
 
-/// Exponent past which the ray brings nothing beside a reflected illuminance that falls as r⁻³ or r⁻⁴.
+/// Exponent beyond which the ray is negligible beside a reflected illuminance that falls as r⁻³ or r⁻⁴.
 const NOTHING_LEFT_OF_RAY: f64 = 38.0;
 
 /// H₀⁽¹⁾(z) = (2/πi) K₀(−iz), for z in the first quadrant.

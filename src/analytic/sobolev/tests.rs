@@ -65,7 +65,7 @@ fn both_paths_agree_where_both_hold() {
                     let (near, far) = (real.at(r), turned.at(r));
                     let allowed = near.estimated_error + far.estimated_error;
                     assert!((near.value - far.value).abs() <= allowed, "{spectrum:?} r {r}: {near:?} {far:?}");
-                    // Beyond the border the real axis' estimate grows, as its panels are no longer made for such waves.
+                    // Beyond the limit the estimated error of the real axis grows, because its panels are not made for these waves.
                     assert!(
                         r > REAL_AXIS_BELOW || allowed < 1e-12 * near.value,
                         "{spectrum:?} r {r}: {near:?} {far:?}"
@@ -78,8 +78,8 @@ fn both_paths_agree_where_both_hold() {
 
 #[test]
 fn the_whole_flux_on_the_floor_is_that_of_the_mean_value_at_k_0() {
-    // ∫ E 2πr dr = Φ/2 · (1 + ρ₂)/(1 − ρ₁ρ₂), half of it direct: summed by Gauss–Legendre on doubling rings. The rest
-    // beyond R falls as 1/R, with the coefficient of 1/r³ read off at R.
+    // ∫ E 2πr dr = Φ/2 · (1 + ρ₂)/(1 − ρ₁ρ₂), half of it direct. It is summed by Gauss–Legendre on doubling rings. The rest beyond
+    // R falls as 1/R; the coefficient of 1/r³ is taken at R.
     let problem = SobolevProblem { h1: 0.3, rho1: 0.6, rho2: 0.8 };
     let rule = crate::base::quadrature::GaussLegendre::new(16);
     let edges: Vec<f64> = std::iter::once(0.0).chain((-4..17).map(|e| 2f64.powi(e))).collect();
@@ -130,7 +130,7 @@ fn the_form_changes_without_a_step() {
 
 #[test]
 fn far_out_the_value_falls_as_the_cube() {
-    // G = G₀ − G₁k + …, and ∫ k·k J₀(kr) dk = −1/r³: the value tends to ρ₂(ρ₁h₁ + h₂ + …)/r³; here by its ratio.
+    // G = G₀ − G₁k + …, and ∫ k·k J₀(kr) dk = −1/r³. The value tends to ρ₂(ρ₁h₁ + h₂ + …)/r³, tested here by a ratio.
     let problem = SobolevProblem { h1: 0.4, rho1: 0.5, rho2: 0.5 };
     let at = |r: f64| sobolev(&problem, SobolevPlane::One, r).expect("valid").reflected_lx;
     assert!((at(1e9) * 8.0 / at(5e8) - 1.0).abs() < 1e-7);
@@ -168,7 +168,7 @@ fn black_planes_reflect_nothing() {
         let value = sobolev(&problem, SobolevPlane::One, r).expect("valid");
         assert_eq!((value.reflected_lx, value.estimated_error_lx), (0.0, 0.0));
         assert_eq!(value.total_lx, value.direct_lx);
-        // The lit plane throws its light on the black one.
+        // The reflecting plane throws its light on the black one.
         assert!(sobolev(&problem, SobolevPlane::Two, r).expect("valid").reflected_lx > 0.0);
     }
 }

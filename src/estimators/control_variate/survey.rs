@@ -1,4 +1,4 @@
-//! Survey samples from a receiver of one emitter: more of them where it is seen in part.
+//! Survey samples of one emitter from a receiver. An emitter that is seen partly gets more of them.
 
 use super::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use crate::chain::Stage;
@@ -6,33 +6,35 @@ use crate::estimators::receiver::Receiver;
 use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
 
-/// Light samples that both answers, in sight and hidden, count for before the first, where they are too few to stand in order.
+/// Number of light samples for which each outcome, visible and hidden, counts before the first one (a prior). It applies if the samples are
+/// too few to be stratified.
 const PRIOR: f64 = 0.4;
-/// Sides of squares, in halvings, that show what of an emitter is seen: first of all, and of one that is seen in part.
+/// Sizes of the squares, in halvings of their side, that show what of an emitter is seen: the first squares, and those of an emitter that
+/// is seen partly.
 const QUARTERS: u32 = 1;
 const PARTS: u32 = 2;
-/// Deepest halving of squares at the edge of a shadow.
+/// Greatest number of halvings of squares at the edge of a shadow.
 const DEEPEST: u32 = 6;
 
-// Doubt as a share of what the item brings unshadowed: the root mean square of what light samples differed from what was expected, on
+// Uncertainty as a share of the item's unshadowed illuminance: the root mean square difference of light samples from their expectation, on
 // the receivers of the office and the hall, rounded.
-/// Of an emitter that was not sampled.
+/// Uncertainty of an emitter that was not sampled.
 const UNASKED: f64 = 0.5;
-/// Of an emitter whose quarters all look alike, and whose sixteenths do.
+/// Uncertainty of an emitter whose quarters all look alike, and of one whose sixteenths do.
 const QUARTERS_ALIKE: f64 = 0.1;
 const PARTS_ALIKE: f64 = 0.03;
-/// Of a part at the edge of a shadow, of one whose own parts look alike for all that, and of one away from edges.
+/// Uncertainty of a part at the edge of a shadow, of one whose own parts nevertheless look alike, and of one away from edges.
 const AT_EDGE: f64 = 0.5;
 const ALIKE_AT_EDGE: f64 = 0.25;
 const OFF_EDGE: f64 = 0.2;
 
-/// One emitter as it is surveyed.
+/// Survey of one emitter.
 pub struct Survey<'a> {
     stage: &'a Stage,
     receiver: &'a Receiver<'a>,
     emitter: &'a Emitter,
     number: u32,
-    /// What it may bring, in lx.
+    /// Illuminance that it may give, in lx.
     importance: f64,
     stream: &'a mut Stream,
     view: Option<EmitterView<'a>>,
@@ -41,7 +43,7 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Makes ready to survey an emitter by number.
+    /// Prepares the survey of an emitter.
     pub fn new(
         stage: &'a Stage,
         receiver: &'a Receiver<'a>,
@@ -53,10 +55,10 @@ impl<'a> Survey<'a> {
         Survey { stage, receiver, emitter, number, importance, stream, view: None, rays: 0 }
     }
 
-    /// Surveys an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
-    /// light sample), and says what to expect of it.
+    /// Surveys an emitter and adds its expectation to `found`. `total_lx` is the illuminance that all emitters may give, and `seen_lx` the
+    /// part found so far (all, before the first light sample).
     pub fn take(&mut self, [total_lx, seen_lx]: [f64; 2], survey_samples: f64, found: &mut ControlVariate) {
-        // A point is known for certain after one ray.
+        // One ray determines a point with certainty.
         if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LIGHT_SAMPLE * seen_lx {
             let lx = self.sample_lx(Square::WHOLE, 0);
             found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
@@ -75,7 +77,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// A few light samples anywhere.
+    /// Takes a few light samples anywhere on the emitter.
     fn ask_few(&mut self, samples: u64, found: &mut ControlVariate) {
         let (mut sum_lx, mut seen) = (0.0, 0.0);
         for number in 0..samples {
@@ -89,7 +91,7 @@ impl<'a> Survey<'a> {
         found.expect(self.number, Square::WHOLE, sum_lx / samples, [0.0; 2], doubt_lx);
     }
 
-    /// A light sample in each quarter; whether these look alike, so that there is nothing more to ask.
+    /// Takes a light sample in each quarter. Returns whether they look alike, so that no more samples are needed.
     fn ask_quarters(&mut self, found: &mut ControlVariate) -> bool {
         let quarters: [f64; 4] = std::array::from_fn(|place| self.sample_lx(Square::of(QUARTERS, place), 0));
         let alike = quarters.iter().all(|lx| (*lx > 0.0) == (quarters[0] > 0.0));
@@ -102,7 +104,7 @@ impl<'a> Survey<'a> {
         alike
     }
 
-    /// A light sample in each of sixteen parts, and more where an edge of a shadow runs.
+    /// Takes a light sample in each of sixteen parts, and more where there is an edge of a shadow.
     fn ask_parts(&mut self, samples: f64, found: &mut ControlVariate) {
         const SIDE: usize = 1 << PARTS;
         let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.sample_lx(Square::of(PARTS, place), 0));
@@ -129,7 +131,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// Light samples in the quarters of a square at the edge of a shadow and in theirs, as far as they go.
+    /// Takes light samples in the quarters of a square at the edge of a shadow and in their quarters, as long as the samples suffice.
     fn ask_edge(&mut self, square: Square, lx: f64, samples: f64, found: &mut ControlVariate) {
         if samples * square.area() < 1.0 || square.level() >= DEEPEST {
             self.expect_part(square, lx, AT_EDGE, found);
@@ -151,7 +153,7 @@ impl<'a> Survey<'a> {
         found.expect(self.number, square, area * lx, [0.0; 2], doubt * area * self.importance);
     }
 
-    /// What a light sample with its first variates in a square brings, in lx, as if all of the emitter were like that.
+    /// Illuminance in lx of a light sample whose first variates lie in a square, as if the whole emitter were like that.
     fn sample_lx(&mut self, square: Square, number: u64) -> f64 {
         self.stream.seek_quasi(u64::from(self.number), u64::from(self.number), number);
         self.stream.turn_to_square(square.code(), square);
@@ -165,12 +167,12 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Mean, slopes over both variates' range, and standard deviation from that plane, of values in sixteen parts of the
-/// unit square.
+/// Fits a plane to values in sixteen parts of the unit square. Returns the mean, the slopes over both variates' range, and the standard
+/// deviation from the plane.
 fn fitted(parts: &[f64; 16]) -> (f64, [f64; 2], f64) {
     let at = |place: usize| [(place % 4) as f64, (place / 4) as f64].map(|step| (step - 1.5) / 4.0);
     let mean = parts.iter().sum::<f64>() / 16.0;
-    // Σ (x − ½)² over the middles of sixteen parts is 5/4.
+    // Σ (x − ½)² over the centres of sixteen parts is 5/4.
     let slope = |axis: usize| parts.iter().enumerate().map(|(place, lx)| lx * at(place)[axis]).sum::<f64>() / 1.25;
     let slopes = [slope(0), slope(1)];
     let beyond = |(place, lx): (usize, &f64)| lx - mean - slopes[0] * at(place)[0] - slopes[1] * at(place)[1];

@@ -1,4 +1,4 @@
-//! What a walk finds at one of its vertices, and how it leaves from there.
+//! Light that a walk finds at one of its vertices, and how the walk leaves the vertex.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -14,21 +14,21 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
 
-/// Chance with which a surface on a walk's way looks for areas in mirrors: such a look takes as long as several rays, and what it
-/// finds has been reflected once more than what the receiver's own look finds.
+/// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
+/// been reflected once more than that of the receiver's own search.
 const ON_THE_WAY: f64 = 0.25;
 
-/// How a walk left the last vertex at which it looked for luminaires.
+/// How a walk left the last vertex at which it took light samples.
 pub(super) enum Departure {
-    /// Light samples have found all luminaires that the ray can meet straight on.
+    /// Light samples have found all luminaires that the ray can meet directly.
     Seen,
-    /// Along a lobe: looks have found them too, and both are weighed.
+    /// Along a lobe: light samples have found these luminaires too, and both are weighted.
     Lobe(LobeRay),
-    /// A mirror on the way: looks have found those alone to which the ray's trail leads.
+    /// Past a mirror: light samples have found only the luminaires to which the ray's trail leads.
     Mirrored,
 }
 
-/// A ray drawn from a lobe, and where from.
+/// A ray drawn from a lobe, and its start.
 pub(super) struct LobeRay {
     lobe_per_sr: f64,
     spot: TriangleSide,
@@ -36,10 +36,10 @@ pub(super) struct LobeRay {
     normal: DVec3,
 }
 
-/// What the emitters that a ray meets add, in lm/m²: their exitance, times the share that is the ray's to count.
+/// Light that the emitters on a ray add, in lm/m²: their exitance, times the share that the ray counts.
 ///
-/// For a lobe f and an emitter of luminance L that brings E and is chosen with probability p, a look draws the
-/// direction with density p L cos θ/E and the ray with density f cos θ: the ray's share is z/(1 + z), z = f E/(p L).
+/// Take a lobe f and an emitter of luminance L that gives illuminance E and is chosen with probability p. A light sample draws the
+/// direction with density p L cos θ/E, and the ray draws it with density f cos θ. The ray's share is z/(1 + z), z = f E/(p L).
 pub(super) fn met_lm_m2(
     stage: &Stage,
     departure: &Departure,
@@ -70,26 +70,26 @@ pub(super) fn met_lm_m2(
     sum_lm_m2
 }
 
-/// A place where a walk met a surface that scatters.
+/// A point where a walk met a surface that scatters.
 pub(super) struct Vertex<'a> {
     pub stage: &'a Stage,
     pub hit: &'a SurfaceHit,
-    /// The side of a triangle from which it looks for luminaires.
+    /// The side of a triangle at which light samples are taken.
     pub spot: TriangleSide,
     /// Direction of the walk's ray.
     pub direction: DVec3,
-    /// Normal of the side whose light is looked for: of `seen`, or of the other one where light comes through a sheet.
+    /// Normal of the side at which light is sampled: `seen`, or the opposite normal if light comes through a sheet.
     pub normal: DVec3,
-    /// Normal of the side that the walk came from.
+    /// Normal of the side from which the walk came.
     pub seen: DVec3,
-    /// The place for the tracer, on the side whose light is looked for.
+    /// The point for the tracer, on the side at which light is sampled.
     pub origin: &'a Origin,
-    /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
+    /// Previous point of the walk, if it made a light-path connection (looked back) and this point scatters diffusely.
     pub looked_back: Option<LookedBack>,
 }
 
 impl Vertex<'_> {
-    /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
+    /// Light that leaves a diffuse surface in lm/m² if the cache ends the walk here, `None` if the walk continues; and the number of rays.
     #[inline]
     pub fn cached_lm_m2(
         &self,
@@ -105,7 +105,7 @@ impl Vertex<'_> {
             CacheAnswer::Nothing => (None, rays),
             CacheAnswer::Stop => (Some(0.0), rays),
             CacheAnswer::End(known_lx) => {
-                // What is known holds the images in mirrors.
+                // The cached illuminance includes the images in mirrors.
                 let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
                 let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
                 (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
@@ -113,7 +113,7 @@ impl Vertex<'_> {
         }
     }
 
-    /// What is kept of a walk that leaves from here by a BSDF: its way by mirrors, and how its next ray is to be taken.
+    /// State of a walk that leaves from here by a BSDF: its trail by mirrors, and how the luminaires that its next ray meets are counted.
     #[inline]
     pub fn depart(
         &self,
@@ -144,7 +144,7 @@ impl Vertex<'_> {
                 let side = if scattered.lobe == LobeKind::SpreadThrough { -normal } else { normal };
                 let trail = trail_from(stage, ON_THE_WAY, || {
                     let spread_per_sr = match bsdf {
-                        // One side looks for areas, by chance: both by their shares.
+                        // Only one side, chosen at random, searches for areas: both count by their shares.
                         Bsdf::Translucent(bsdf) => bsdf.total(1.0) * FRAC_1_PI,
                         bsdf => bsdf.spread_per_sr(&pair),
                     };
@@ -159,7 +159,7 @@ impl Vertex<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
-    /// Direct light by a look in lx, less what looking back has found.
+    /// Direct light of a light sample in lx, without the share that the light-path connection has found.
     #[inline]
     fn direct_lx(&self, sight: &Sight) -> f64 {
         let share = match (&self.stage.near_lights, self.looked_back) {
@@ -172,7 +172,7 @@ impl Vertex<'_> {
         share * sight.direct_lx()
     }
 
-    /// Light that leaves in all directions: of direct light, and of light from images in mirrors, by the shares that count.
+    /// Light that leaves diffusely, in lm/m²: direct light and light from images in mirrors, each with its share; and the number of rays.
     #[inline]
     pub fn spread_lm_m2(
         &self,
@@ -201,7 +201,7 @@ impl Vertex<'_> {
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
-    /// The same from either side of a translucent sheet, chosen by its share.
+    /// The same for one side of a translucent sheet, chosen at random by its share.
     pub fn translucent_lm_m2(
         &self,
         bsdf: &Translucent,
@@ -223,8 +223,8 @@ impl Vertex<'_> {
         )
     }
 
-    /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
-    /// lobe shares, of luminaires and of images in mirrors.
+    /// Direct light that a glossy surface sends back along the walk, as π times its luminance. Shares for luminaires and for images in
+    /// mirrors apply to the part of the BSDF outside the lobe.
     pub fn glossy_lm_m2(
         &self,
         bsdf: &Bsdf,
@@ -247,7 +247,7 @@ impl Vertex<'_> {
         let pair = pair(sight.towards);
         let brought_lx = sight.unshadowed_lx / sight.probability;
         let lobe = bsdf.lobe_per_sr(&pair) * brought_lx;
-        // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
+        // The light sample's share, 1/(1 + z), beside the ray's share in `met_lm_m2`.
         let lobe = match sight.emitter.exitance_lm_m2() {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
@@ -257,13 +257,13 @@ impl Vertex<'_> {
     }
 }
 
-/// A place that makes the same of light from everywhere, and its rays.
+/// Response of a point that treats light from all directions alike, and the density of its rays.
 pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
     [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
 }
 
-/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any: only then `start` works out the place,
-/// its normal, and the ray's density per sr and over the cosine.
+/// The trail of a ray from a point that searches for areas in mirrors with a probability of `chance`. `None` if there are none. Only if
+/// there are some, `start` computes the point, its normal, and the ray's density per sr and over the cosine.
 #[inline]
 pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
     let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
@@ -273,8 +273,8 @@ pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DV
     })
 }
 
-/// What a place receives from images in mirrors, if there can be any, by its responses; areas are looked for by chance, and beside the
-/// rays that [`trail_from`] tells of.
+/// Illuminance of a point from images in mirrors, if there can be any, weighted by its responses. Areas are searched with a probability of
+/// `chance`, and share their light with the rays of [`trail_from`].
 #[inline]
 pub fn in_mirrors_lx(
     stage: &Stage,
@@ -296,8 +296,8 @@ pub fn in_mirrors_lx(
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
-/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]; it counts
-/// with a weight in the walk, which the cache is told.
+/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]. The cache
+/// is informed of its weight in the walk.
 #[inline]
 pub(super) fn from_near_lights_lx(
     stage: &Stage,

@@ -1,4 +1,4 @@
-//! Draws a picture's `svg` element, as `Picture` writes it, on a page.
+//! Draws the `svg` element of a picture, as `Picture` writes it, on a page.
 
 use roxmltree::Node;
 
@@ -12,7 +12,7 @@ pub fn size(svg: Node) -> [f64; 2] {
     [numbers.next().unwrap_or(1.0), numbers.next().unwrap_or(1.0)]
 }
 
-/// Draws it with its upper left corner at a spot, so many points for each of its units.
+/// Draws the picture with its upper left corner at a point. `scale` is the number of points for each of its units.
 pub fn draw(paper: &mut Paper, page: usize, svg: Node, corner: [f64; 2], scale: f64) {
     let place = |[x, y]: [f64; 2]| [corner[0] + scale * x, corner[1] + scale * y];
     for item in svg.children().filter(Node::is_element) {
@@ -32,7 +32,7 @@ pub fn draw(paper: &mut Paper, page: usize, svg: Node, corner: [f64; 2], scale: 
                 });
                 paper.draw(page, &lines, fill, stroke);
             }
-            // The rim of a text is a text of its own, below it.
+            // The rim of a text is a separate text below it.
             "text" => {
                 let words = drawable(item.text().unwrap_or_default());
                 let (size, bold) = (of("font-size", 12.0), item.attribute("font-weight") == Some("bold"));
@@ -63,7 +63,7 @@ fn number(text: &str) -> f64 {
     text.trim().parse().unwrap_or(0.0)
 }
 
-/// `#rrggbb`.
+/// Parses a colour: `#rrggbb`.
 fn ink(text: &str) -> Option<Ink> {
     let digits = text.strip_prefix('#')?;
     let part = |from: usize| u8::from_str_radix(digits.get(from..from + 2)?, 16).ok();
@@ -75,7 +75,7 @@ fn dash(text: Option<&str>) -> Option<[f64; 2]> {
     Some([number(dash), number(gap)])
 }
 
-/// Lines of a path of `M`, `L` and `Z`, and whether each is closed.
+/// Parses a path of `M`, `L` and `Z` into lines; the flag is true for closed lines.
 fn lines(path: &str) -> Vec<(Vec<[f64; 2]>, bool)> {
     path.split('M')
         .filter(|line| !line.is_empty())

@@ -1,4 +1,4 @@
-//! Pages of a PDF and what is drawn on them: text by the bundled fonts, lines and areas.
+//! Pages of a PDF and the drawing on them: text in the bundled fonts, lines and areas.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,11 +17,11 @@ const POSTSCRIPT: [&str; 2] = ["LUXMCR+Arimo-Regular", "LUXMCB+Arimo-Bold"];
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct PaperStroke {
-    /// Its ink and how much of it covers what lies below.
+    /// Ink.
     pub ink: Ink,
     /// Width in points.
     pub width: f64,
-    /// 1: all.
+    /// Opacity from 0 to 1; 1 covers what lies below.
     pub opacity: f64,
     /// Dash and gap in points.
     pub dash: Option<[f64; 2]>,
@@ -36,7 +36,7 @@ pub struct Type {
     pub bold: bool,
     /// Its ink.
     pub ink: Ink,
-    /// Turn about its begin in degrees, clockwise as seen.
+    /// Rotation about its beginning in degrees, clockwise as seen.
     pub turn_deg: f64,
     /// Width of a white rim in points.
     pub rim: f64,
@@ -45,11 +45,11 @@ pub struct Type {
 /// Letters of a font that a document uses.
 struct Letters {
     glyphs: GlyphRemapper,
-    /// What a glyph of the subset stands for, and how wide it is in thousandths.
+    /// Letter and width in thousandths of an em for each glyph of the subset.
     told: BTreeMap<u16, (char, f64)>,
 }
 
-/// A PDF in the making; lengths are points from the upper left corner of an A4 page.
+/// A PDF under construction. Lengths are points from the upper left corner of an A4 page.
 pub struct Paper {
     pages: Vec<Content>,
     letters: [Letters; 2],
@@ -61,18 +61,18 @@ fn number(length: f64) -> f32 {
 }
 
 impl Paper {
-    /// A document without a page.
+    /// A document without pages.
     pub fn new() -> Paper {
         let letters = || Letters { glyphs: GlyphRemapper::new(), told: BTreeMap::new() };
         Paper { pages: Vec::new(), letters: [letters(), letters()], opacities: BTreeSet::new() }
     }
 
-    /// Begins a page; what follows is drawn on it.
+    /// Begins a new page.
     pub fn turn_page(&mut self) {
         self.pages.push(Content::new());
     }
 
-    /// Pages so far.
+    /// Number of pages so far.
     pub fn pages(&self) -> usize {
         self.pages.len()
     }
@@ -134,7 +134,7 @@ impl Paper {
         content.restore_state();
     }
 
-    /// Sets a line of text that begins at a spot on its base line.
+    /// Sets a line of text that begins at a point on its baseline.
     pub fn set(&mut self, page: usize, text: &str, [x, y]: [f64; 2], how: &Type) {
         let bytes = self.letters[usize::from(how.bold)].take(text, how.bold);
         let (sine, cosine) = (-how.turn_deg).to_radians().sin_cos();
@@ -154,7 +154,7 @@ impl Paper {
         }
     }
 
-    /// The file. `unix_time_s` is when it was made.
+    /// Returns the file. `unix_time_s` is the time at which it was made.
     pub fn finish(self, title: &str, author: &str, language: &str, unix_time_s: u64) -> Vec<u8> {
         let mut pdf = Pdf::new();
         let [catalog, tree, info] = [1, 2, 3].map(Ref::new);
@@ -202,7 +202,7 @@ impl Paper {
 }
 
 impl Letters {
-    /// Numbers of a text's glyphs in the subset, two bytes each.
+    /// Adds a text's glyphs to the subset, and returns their numbers in it, two bytes each.
     fn take(&mut self, text: &str, bold: bool) -> Vec<u8> {
         let face = face(bold);
         let per_em = f64::from(face.units_per_em());
@@ -217,7 +217,7 @@ impl Letters {
         bytes
     }
 
-    /// Writes the subset of the font and what describes it.
+    /// Writes the subset of the font and its description.
     fn write(&self, pdf: &mut Pdf, [font, cid, descriptor, unicode, file]: [Ref; 5], bold: bool) {
         let name = Name(POSTSCRIPT[usize::from(bold)].as_bytes());
         let face = face(bold);
@@ -261,7 +261,7 @@ impl Letters {
     }
 }
 
-/// What the font has no glyph for by what it has.
+/// Replaces letters without a glyph in the font.
 pub fn drawable(text: &str) -> String {
     let regular = face(false);
     let unknown = glyph_number(regular, '\u{10ffff}');
@@ -284,7 +284,7 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
     packer.write_all(bytes).and_then(|()| packer.finish()).expect("memory takes every byte")
 }
 
-/// The day of a time for a document's own data.
+/// The day of a time, for the document's metadata.
 fn date_of(unix_time_s: u64) -> Option<Date> {
     let text = crate::output::date::utc_date(unix_time_s);
     let mut parts = text.split('-').map(|part| part.trim().parse::<u16>().ok());

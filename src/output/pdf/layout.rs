@@ -1,4 +1,4 @@
-//! Lays blocks out on A4: nothing is cut, tables go on under their headings, and every page has its number.
+//! Lays blocks out on A4. Nothing is cut, tables continue under their headings, and every page has its number.
 
 use super::drawing;
 use super::ink::{A4, Paper, PaperStroke, Type, drawable};
@@ -12,40 +12,40 @@ const TOP: f64 = 48.0;
 const BOTTOM: f64 = 52.0;
 const WIDTH: f64 = A4[0] - 2.0 * SIDE;
 const END: f64 = A4[1] - BOTTOM;
-/// Sizes of type in points.
+/// Type sizes in points; `SMALL` and `LOW` are factors.
 const BODY: f64 = 9.6;
 const HEADINGS: [f64; 3] = [20.0, 13.0, 10.6];
 const ITEM: f64 = 0.95 * BODY;
 const TABLE: f64 = 8.6;
 const SMALL: f64 = 0.87;
 const LOW: f64 = 0.72;
-/// Height of a line over its type.
+/// Height of a line over its type size.
 const LINE: f64 = 1.42;
-/// Room below a paragraph, over its type.
+/// Space below a paragraph over its type size.
 const BELOW_WORDS: f64 = 0.45;
-/// How far words of a list stand in, in points.
+/// Indent of the words of a list, in points.
 const ITEM_INDENT: f64 = 10.0;
-/// Lines for which there is room where words begin a list, so that they do not stand alone.
+/// Lines of space that must follow the words before a list, so that they do not stand alone.
 const LINES_BEFORE_LIST: f64 = 3.0;
-/// Room below a heading without which it goes to the next page.
+/// Smallest space below a heading, in points. A heading with less goes to the next page.
 const COMPANY: f64 = 90.0;
-/// Room in which a section that begins a page may begin on the page before.
+/// If at least this space is left, in points, a section that would begin a page may begin on the page before.
 const ROOM_TO_GO_ON: f64 = 260.0;
-/// Greatest heights of pictures: alone, side by side, and such as may fill a page.
+/// Largest heights of pictures in points: alone, side by side, and of pictures that may fill a page.
 const ALONE: f64 = 330.0;
 const BESIDE: f64 = 205.0;
 const TALL: f64 = 500.0;
-/// Sizes of pictures that are tried, so that what stands with them ends on their page.
+/// Factors on the size of pictures that are tried, so that the text after the pictures ends on the same page.
 const SIZES: [f64; 6] = [1.0, 0.95, 0.9, 0.85, 0.8, 0.75];
-/// Between columns of a table, and of pictures.
+/// Gaps between columns of a table, and between pictures, in points.
 const GAP: f64 = 9.0;
 const GUTTER: f64 = 16.0;
-/// Above and below a row of pictures.
+/// Space above and below a row of pictures, in points.
 const ABOVE_FIGURES: f64 = 4.0;
 const BELOW_FIGURES: f64 = 6.0;
-/// Points for a pixel of a picture that is shown as large as it was drawn.
+/// Points for a pixel of a picture that is shown at its drawn size.
 const POINTS: f64 = 0.75;
-/// Smallest type of a table that is too wide.
+/// Smallest type size of a table that is too wide, in points.
 const LEAST_TYPE: f64 = 6.0;
 
 /// A word of a line: a piece without a space in it.
@@ -54,11 +54,11 @@ struct Word {
     run: TextRun,
     size: f64,
     width: f64,
-    /// A space stands before it.
+    /// Whether a space stands before it.
     is_apart: bool,
 }
 
-/// Where the next block goes.
+/// The position of the next block.
 pub struct Layout {
     paper: Paper,
     page: usize,
@@ -66,7 +66,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// An empty first page.
+    /// A layout with an empty first page.
     pub fn new() -> Layout {
         let mut paper = Paper::new();
         paper.turn_page();
@@ -78,7 +78,7 @@ impl Layout {
         (self.page, self.y) = (self.paper.pages() - 1, TOP);
     }
 
-    /// Goes to the next page where so much has no room on this one.
+    /// Goes to the next page if this one does not have this height left.
     fn need(&mut self, height: f64) {
         if self.y + height > END && self.y > TOP {
             self.turn();
@@ -90,7 +90,7 @@ impl Layout {
         for (index, block) in blocks.iter().enumerate() {
             match block {
                 PageBlock::Heading(level, runs, is_page) => {
-                    // Pages are not left half empty, but before pictures.
+                    // A section begins a new page only if it begins with pictures or if little of the page is left.
                     let is_picture = matches!(blocks.get(index + 1), Some(PageBlock::Figures(..)));
                     if *is_page && self.y > TOP && (is_picture || END - self.y < ROOM_TO_GO_ON) {
                         self.turn();
@@ -122,8 +122,8 @@ impl Layout {
         }
     }
 
-    /// How large the pictures that come next are set: smaller where they and all up to the next heading then end on the page that they
-    /// begin on, since a few words on a page of their own are worse than smaller pictures.
+    /// The factor on the size of the next pictures. They are reduced if they and the blocks up to the next heading then end on the
+    /// page on which they begin. A few words alone on a page are worse than smaller pictures.
     fn size_of_figures(&self, figures: &[Figure], tall: bool, blocks: &[PageBlock]) -> f64 {
         let fitting = |room: f64| {
             SIZES.into_iter().find(|size| height_to_heading(blocks, *size).is_some_and(|height| height <= room))
@@ -133,7 +133,7 @@ impl Layout {
         fitting(END - self.y).or_else(on_next_page).unwrap_or(1.0)
     }
 
-    /// The file, with page numbers.
+    /// Returns the file, with page numbers.
     pub fn finish(mut self, title: &str, author: &str, language: &str, unix_time_s: u64) -> Vec<u8> {
         let pages = self.paper.pages();
         let how = Type { size: 8.0, bold: false, ink: SOFT, turn_deg: 0.0, rim: 0.0 };
@@ -188,7 +188,7 @@ impl Layout {
         }
     }
 
-    /// Lines to sign on, side by side.
+    /// Draws lines for signatures, side by side.
     fn signatures(&mut self, lines: &[Vec<TextRun>]) {
         const ROOM: f64 = 44.0;
         self.need(ROOM + BODY * LINE);
@@ -296,7 +296,7 @@ impl Layout {
         }
     }
 
-    /// Draws a figure from a corner on; returns where it ends.
+    /// Draws a figure from a corner on, and returns the y at which it ends.
     fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], is_alone: bool, tall: bool, size: f64) -> f64 {
         let (column, mut y) = (figure_column(is_alone), top);
         for line in lines(&words(&bold(&figure.title), HEADINGS[2]), column) {
@@ -313,7 +313,7 @@ impl Layout {
         y
     }
 
-    /// Sets a line; a verdict has a bar before it.
+    /// Sets a line of words. A verdict has a bar before it.
     fn line(&mut self, line: &[Word], x: f64, y: f64) {
         let mut at = x;
         for (index, word) in line.iter().enumerate() {
@@ -339,7 +339,7 @@ impl Layout {
     }
 }
 
-/// Room that a verdict's bar takes.
+/// Width that a verdict's bar takes, in points.
 const VERDICT_BAR: f64 = 6.0;
 
 fn verdict_ink(verdict: &str) -> Ink {
@@ -355,12 +355,12 @@ fn space(word: &Word) -> f64 {
     text_width(" ", word.size, word.run.bold)
 }
 
-/// The same, bold.
+/// The same text in bold.
 fn bold(runs: &[TextRun]) -> Vec<TextRun> {
     runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect()
 }
 
-/// Words of runs; a run that does not begin with a space goes on with the word before it.
+/// Splits runs into words. A run that does not begin with a space continues the word before it.
 fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
     let mut found: Vec<Word> = Vec::new();
     let mut is_apart = false;
@@ -374,7 +374,7 @@ fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
             continue;
         }
         let mut is_first = true;
-        // A verdict stands on one line.
+        // A verdict is never broken over lines.
         let text = if run.verdict.is_empty() { run.text.clone() } else { run.text.replace(' ', "\u{a0}") };
         for piece in text.split(' ') {
             is_apart |= !is_first;
@@ -391,7 +391,7 @@ fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
     found
 }
 
-/// Widths that add up to that of a line as words join it.
+/// Width of a line, to which words are added one by one.
 #[derive(Clone, Copy, Default)]
 struct LineWidth {
     count: usize,
@@ -401,7 +401,7 @@ struct LineWidth {
 }
 
 impl LineWidth {
-    /// With these words after it.
+    /// The width with these words added.
     fn with(self, words: &[Word]) -> LineWidth {
         words.iter().fold(self, |line, word| LineWidth {
             count: line.count + 1,
@@ -422,7 +422,7 @@ fn width(line: &[Word]) -> f64 {
     LineWidth::default().with(line).all()
 }
 
-/// Breaks words into lines no wider than a column; words that stick together stay so.
+/// Breaks words into lines no wider than a column. Words without a space between them stay together.
 fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
     let mut found: Vec<Vec<Word>> = Vec::new();
     let (mut line, mut width) = (0..0, LineWidth::default());
@@ -452,7 +452,7 @@ fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
     found
 }
 
-/// Where meanings begin, and the lines of each term and its meaning.
+/// The left edge of the meanings, and the lines of each term and of its meaning.
 fn terms_laid_out(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> (f64, Vec<[Vec<Vec<Word>>; 2]>) {
     let all = terms.iter().map(|(name, _)| width(&words(&bold(name), TABLE)));
     let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
@@ -462,7 +462,7 @@ fn terms_laid_out(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> (f64, Vec<[Vec<Vec<
     (left, terms.iter().map(row).collect())
 }
 
-/// Height of terms and what they say.
+/// Height of terms and their meanings.
 fn terms_height(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> f64 {
     let (_, rows) = terms_laid_out(terms);
     rows.iter().map(|[name, meaning]| name.len().max(meaning.len()) as f64 * TABLE * LINE + 1.5).sum()
@@ -477,7 +477,7 @@ fn row_lines(cells: &[Vec<Vec<Word>>]) -> f64 {
     cells.iter().map(Vec::len).max().unwrap_or(0).max(1) as f64
 }
 
-/// Size of a table's type and widths of its columns: those that hold words give way, then the type does.
+/// Type size and column widths of a table. First the text columns are narrowed, then the type is reduced.
 fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
     let columns = table.head.len();
     let cells = |column: usize| {
@@ -497,7 +497,7 @@ fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
             .collect();
         let (all, tight): (f64, f64) = (natural.iter().sum(), least.iter().sum());
         if all <= room {
-            // What is left over goes to the words.
+            // Spare width goes to the text columns.
             let words = table.is_text.iter().filter(|is_text| **is_text).count().max(1) as f64;
             let spare = |column: usize| if table.is_text[column] { (room - all) / words } else { 0.0 };
             return (size, (0..columns).map(|column| natural[column] + spare(column)).collect());
@@ -513,12 +513,12 @@ fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
     }
 }
 
-/// Width that a picture alone, or one of two side by side, may take.
+/// Available width for a picture alone, or for one of two side by side.
 fn figure_column(is_alone: bool) -> f64 {
     if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) }
 }
 
-/// Scale of a picture that nothing asks to be smaller.
+/// Largest scale of a picture that fits its limits.
 fn scale_of(figure: &Figure, is_alone: bool, tall: bool) -> f64 {
     let [width, height] = drawing::size(figure.svg);
     let highest = match (tall, is_alone) {
@@ -540,12 +540,12 @@ fn row_height(row: &[Figure], is_alone: bool, tall: bool, size: f64) -> f64 {
     row.iter().map(height).fold(0.0, f64::max)
 }
 
-/// Height of the first row of pictures that nothing asks to be smaller.
+/// Height of the first row of pictures at full size.
 fn first_row_height(figures: &[Figure], tall: bool) -> f64 {
     figures.chunks(2).next().map_or(0.0, |row| row_height(row, figures.len() == 1, tall, 1.0))
 }
 
-/// Height of pictures of a size and of words, up to the next heading; `None` where other things stand among them.
+/// Height of pictures, at a size, and of words up to the next heading. `None` if there are other blocks among them.
 fn height_to_heading(blocks: &[PageBlock], size: f64) -> Option<f64> {
     let words_height = |runs: &[TextRun], type_size: f64, indent: f64| {
         (lines(&words(runs, type_size), WIDTH - indent).len() as f64 * LINE + BELOW_WORDS) * type_size

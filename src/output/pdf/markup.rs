@@ -1,11 +1,12 @@
-//! The report's own markup as blocks to be laid out on paper. It is well-formed, and holds no more than these elements.
+//! Parses the report's own markup into blocks for the layout on paper. The markup is well-formed and has no other elements than
+//! these.
 
 use roxmltree::Node;
 
-/// A piece of text of one look.
+/// A piece of text in one style.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TextRun {
-    /// What it says; `\n` ends a line.
+    /// The text; `\n` ends a line.
     pub text: String,
     /// Bold.
     pub bold: bool,
@@ -13,9 +14,9 @@ pub struct TextRun {
     pub small: bool,
     /// In soft ink.
     pub soft: bool,
-    /// An index, set low.
+    /// A subscript.
     pub low: bool,
-    /// Verdict that it tells: `met`, `not-met`, `undecided`; else empty.
+    /// The verdict in this text: `met`, `not-met` or `undecided`; else empty.
     pub verdict: &'static str,
 }
 
@@ -27,15 +28,15 @@ pub type TextCell = Vec<TextRun>;
 pub struct PaperTable {
     /// Words above it.
     pub caption: Vec<TextRun>,
-    /// Headings, which are told again on every page.
+    /// Headings, which are repeated on every page.
     pub head: Vec<TextCell>,
-    /// Columns that hold words, flush left.
+    /// Whether each column holds words, flush left.
     pub is_text: Vec<bool>,
-    /// Rows, and whether they sum up.
+    /// Rows, and whether each is a row of totals.
     pub rows: Vec<(Vec<TextCell>, bool)>,
 }
 
-/// A picture with what stands above and below it.
+/// A picture with the words above and below it.
 #[derive(Clone, Debug)]
 pub struct Figure<'a, 'b> {
     /// Words above it.
@@ -46,28 +47,28 @@ pub struct Figure<'a, 'b> {
     pub caption: Vec<TextRun>,
 }
 
-/// What stands on a page from the left edge to the right.
+/// A block that takes the full width of a page.
 #[derive(Clone, Debug)]
 pub enum PageBlock<'a, 'b> {
-    /// A heading of a level, which begins a page or not.
+    /// A heading of a level, and whether it begins a page.
     Heading(u8, Vec<TextRun>, bool),
     /// A paragraph.
     Words(Vec<TextRun>),
     /// An item of a list.
     Item(Vec<TextRun>),
-    /// Letters as typed.
+    /// Preformatted text.
     Typed(String),
-    /// Terms and what they say.
+    /// Terms and their meanings.
     Terms(Vec<(Vec<TextRun>, Vec<TextRun>)>),
-    /// Lines to sign on, with what stands below each.
+    /// Lines for signatures, with the words below each.
     Signatures(Vec<Vec<TextRun>>),
     /// A table.
     Table(PaperTable),
-    /// Pictures side by side, at most two a line; high ones may fill a page.
+    /// Pictures side by side, at most two in a row. The flag permits heights up to a full page.
     Figures(Vec<Figure<'a, 'b>>, bool),
 }
 
-/// Blocks of an element, in order.
+/// The blocks of an element, in order.
 pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<PageBlock<'a, 'b>> {
     let mut found = Vec::new();
     for child in element.children().filter(Node::is_element) {
@@ -133,7 +134,7 @@ fn table(element: Node) -> PaperTable {
     table
 }
 
-/// Small words of a heading stand on a line of their own.
+/// Small words of a heading get a line of their own.
 fn heading_runs(heading: Node) -> Vec<TextRun> {
     let mut found = Vec::new();
     for mut run in runs(heading) {
@@ -152,7 +153,7 @@ fn text(element: Node) -> String {
     element.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect()
 }
 
-/// Text of an element by its looks.
+/// The text of an element, split by style.
 pub fn runs(element: Node) -> Vec<TextRun> {
     let class = element.attribute("class").unwrap_or_default();
     let look = TextRun {

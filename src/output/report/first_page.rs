@@ -1,4 +1,4 @@
-//! The first page of a report: whose work it is, what came out in plain words, verdicts, plan and main map.
+//! The first page of a report: project, results in plain words, verdicts, plan and main map.
 
 use super::Report;
 use crate::control::Ruling;
@@ -16,18 +16,18 @@ use crate::output::texts::say;
 use crate::output::verdicts::{requirement_words, verdict_section, verdict_sentence, with_indices};
 use crate::solver::{Verdict, verdicts};
 
-/// Requirements that the first paragraph names at most.
+/// Largest number of requirements that the first paragraph names.
 const MOST_NAMED: usize = 4;
-/// Averages that stand as facts where there are no verdicts.
+/// Largest number of averages that are shown as facts if there are no verdicts.
 const MOST_AVERAGES: usize = 4;
 
 impl Report<'_> {
-    /// What the report is called: the scene's title, or the name of its file.
+    /// Title of the report: the scene's title, or the name of its file.
     pub(super) fn title(&self) -> &str {
         if self.scene.title.is_empty() { &self.context.scene } else { &self.scene.title }
     }
 
-    /// What a browser reads before the page.
+    /// The HTML head of the page.
     pub(super) fn head(&self) -> String {
         format!(
             "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -40,7 +40,7 @@ impl Report<'_> {
         )
     }
 
-    /// What a client reads first.
+    /// The part that a client reads first.
     pub(super) fn first_page(&self) -> String {
         let verdicts = verdicts(self.scene, self.solution);
         let mut page = format!(
@@ -77,7 +77,7 @@ impl Report<'_> {
         )
     }
 
-    /// Client, author, date and notes; without a project the day of the computation.
+    /// Client, author, date and notes. Without a project's date, the day of the computation.
     fn project(&self) -> String {
         let project = &self.scene.project;
         let day = if project.date.is_empty() { utc_date(self.context.unix_time_s) } else { project.date.clone() };
@@ -96,7 +96,7 @@ impl Report<'_> {
         terms("project", &data) + &notes
     }
 
-    /// The map that matters most: of the first grid that something is required of, else of the first grid.
+    /// The main map: that of the first grid with requirements, else that of the first grid.
     fn main_map(&self) -> Option<&MapResult> {
         let is_drawn =
             |map: &MapResult| self.plots.iter().any(|plot| plot.kind == PlotKind::Grid && plot.subject == map.name);
@@ -108,7 +108,7 @@ impl Report<'_> {
         drawn().find(|map| is_required(map)).or_else(|| drawn().next())
     }
 
-    /// The result in some plain sentences.
+    /// The result in a few plain sentences.
     fn result_words(&self, verdicts: &[Verdict]) -> String {
         let mut sentences = Vec::new();
         if !verdicts.is_empty() {
@@ -147,14 +147,14 @@ impl Report<'_> {
         sentences.join(" ")
     }
 
-    /// Electric power in W and in W/m² of floor, where both are known of all luminaires.
+    /// Electric power in W and in W/m² of floor; `None` unless the power of all luminaires and the floor are known.
     fn power(&self) -> Option<[String; 2]> {
         let (power, floor_m2) = (Power::of(self.scene), floor_area_m2(self.scene));
         let is_known = power.unknown == 0 && power.known_w > 0.0 && floor_m2 > 0.0;
         is_known.then(|| [amount(power.known_w), ratio(power.known_w / floor_m2)])
     }
 
-    /// Requirements with a ruling by name; `None` where none has it.
+    /// Names of the requirements with a ruling; `None` if none has it.
     fn named(&self, verdicts: &[Verdict], ruling: Ruling) -> Option<String> {
         let of: Vec<&Verdict> = verdicts.iter().filter(|verdict| verdict.ruling() == ruling).collect();
         let name = |verdict: &&Verdict| {
@@ -166,7 +166,7 @@ impl Report<'_> {
         (!of.is_empty()).then(|| names.join(", ") + &more)
     }
 
-    /// The numbers that matter most, where no table of verdicts has them.
+    /// The most important numbers, for a page without a table of verdicts.
     fn facts(&self) -> String {
         let mut facts: Vec<(String, String)> = Vec::new();
         let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));

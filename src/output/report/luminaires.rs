@@ -1,4 +1,4 @@
-//! The luminaires of a report: what hangs where, how many, their power and their polar diagrams.
+//! The luminaires of a report: kinds, mounting, number, power and polar diagrams.
 
 use super::Report;
 use crate::maps::TableKind;
@@ -32,7 +32,7 @@ impl Report<'_> {
             let fluxes_lm = row.members.iter().map(|index| self.scene.luminaires[*index].luminous_flux_lm);
             let all_lm =
                 if row.is_one_kind { luminaire.luminous_flux_lm * count as f64 } else { fluxes_lm.sum::<f64>() };
-            // What differs from one to the other is not told.
+            // A value that differs between the luminaires of a row is not shown.
             let of_each = |number: String| if row.is_one_kind { number } else { UNKNOWN.to_owned() };
             table.row(vec![
                 format!("<b>{}</b>", row.letter),
@@ -79,7 +79,7 @@ impl Report<'_> {
         }
     }
 
-    /// How high luminaires hang, and how large their openings or luminous surfaces are; both small.
+    /// Mounting height of luminaires, and size of their openings or luminous surfaces, in small type.
     fn mounting(&self, members: &[usize]) -> String {
         let (low_m, high_m) = members
             .iter()
@@ -104,13 +104,13 @@ impl Report<'_> {
         if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
     }
 
-    /// Triangles of the surfaces that shine.
+    /// Triangles of a luminaire's luminous surfaces.
     fn luminous_triangles(&self, luminaire: usize) -> impl Iterator<Item = u32> {
         let surfaces = self.scene.luminaires[luminaire].emission.surfaces();
         surfaces.iter().flat_map(move |surface| self.scene.surfaces[*surface as usize].triangles.clone())
     }
 
-    /// The lowest and the highest height in m of what shines; the first above the second where it has none, as the sky.
+    /// Lowest and highest height of the luminous parts, in m. If there are none, as for the sky, the first is above the second.
     fn heights_m(&self, luminaire: usize) -> (f64, f64) {
         if let Some(place_m) = self.scene.luminaires[luminaire].emission.place_m() {
             return (place_m.z, place_m.z);
@@ -164,13 +164,13 @@ impl Report<'_> {
     }
 }
 
-/// What a luminaire's photometric file says that it is, small.
+/// The product named by a luminaire's photometric file, in small type.
 fn product_markup(luminaire: &Luminaire) -> String {
     let words = luminaire.product.as_ref().map_or(String::new(), |product| product.words());
     if words.is_empty() { words } else { format!("<br><small>{}</small>", escaped(&words)) }
 }
 
-/// Size of a luminous opening: along C0, along C90 and along the axis, as far as it extends; what is round has a diameter.
+/// Size of a luminous opening: along C0, along C90 and along the axis, without extents of 0. A round opening has a diameter.
 fn opening_words(opening: &Opening) -> String {
     let extents_m: Vec<f64> = opening.extents_m().into_iter().filter(|extent_m| *extent_m > 0.0).collect();
     match (opening, &extents_m[..]) {

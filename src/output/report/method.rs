@@ -1,4 +1,4 @@
-//! How a report's numbers were computed, how certain they are, and what bears that out.
+//! How a report's numbers were computed, how certain they are, and the evidence for that.
 
 use super::super::lines::line_item;
 use super::Report;
@@ -72,7 +72,7 @@ impl Report<'_> {
         page
     }
 
-    /// What bears the statements on certainty out: how the error fell, by how much the halves differ, what the time went for.
+    /// The evidence for the stated errors: how the error fell, how much the halves differ, and where the time was spent.
     pub(super) fn evidence(&self) -> String {
         let mut page = format!("<h2 class=\"page\">{}</h2>\n", say!("Evidence"));
         let of = |kind: PlotKind| self.plots.iter().filter(move |plot| plot.kind == kind);
@@ -92,7 +92,7 @@ impl Report<'_> {
         page + &spending_table(&self.solution.spending) + &self.notes()
     }
 
-    /// How the results came about, where there is something to tell.
+    /// The notes on how the results were computed; empty if there are none.
     fn notes(&self) -> String {
         let items: String = self.solution.notes.iter().map(|line| line_item(line)).collect();
         if items.is_empty() {
@@ -114,7 +114,7 @@ fn round_count(count: u64) -> f64 {
     (count / grain).round() * grain
 }
 
-/// Rays and computing time by what they were for.
+/// Rays and computing time by activity.
 fn spending_table(spending: &Spending) -> String {
     let caption = say!("What the rays and the computing time were for");
     let mut table = HtmlTable::new(caption, &[("", true), (say!("Rays"), false), (say!("Time"), false)]);

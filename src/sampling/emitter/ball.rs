@@ -12,13 +12,13 @@ use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, uniform_cone, uniform_sphere};
 
-/// Draws that thinning by the cosine may take; see [`crate::sampling::triangle`] for the reasoning.
+/// Largest number of draws of the rejection by the cosine; see [`crate::sampling::triangle`] for the reasoning.
 const MOST_DRAWS: u32 = 2000;
 
 /// A uniformly bright ball that is black and opaque.
 #[derive(Clone, Debug)]
 pub(super) struct BallLight {
-    /// The luminaire that it is.
+    /// Its luminaire.
     pub luminaire: u32,
     pub center_m: DVec3,
     pub radius_m: f64,
@@ -30,8 +30,8 @@ impl BallLight {
         Place::Ball { luminaire: self.luminaire, position_m }
     }
 
-    /// Draws the point that a receiver looks at, in proportion to projected solid angle; `None` where the receiver is within the
-    /// ball or next to nothing of it is above the horizon.
+    /// Draws the point for a light sample in proportion to projected solid angle. `None` where the receiver is inside the ball or almost
+    /// nothing of the ball is above the horizon.
     fn draw_seen(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Place> {
         let offset = self.center_m - point_m;
         let distance = offset.length();
@@ -39,7 +39,7 @@ impl BallLight {
         Some(self.place(point_m + direction * self.met_at_m(point_m, direction)))
     }
 
-    /// Distance at which a line that meets it meets it.
+    /// Returns the distance at which a line meets the ball. The line must meet it.
     fn met_at_m(&self, from_m: DVec3, direction: DVec3) -> f64 {
         let offset_m = self.center_m - from_m;
         let along_m = direction.dot(offset_m);
@@ -81,7 +81,7 @@ impl Light for BallLight {
     }
 
     fn seen_from_afar(&self, direction: DVec3, stream: &mut Stream) -> Option<(f64, Place)> {
-        // Points of a hemisphere by the cosine are even on the disk that is seen from afar.
+        // Points of a hemisphere drawn by the cosine are uniform on the disk that is seen from afar.
         let outward = cosine_hemisphere(direction, stream.pair());
         let place = self.place(self.center_m + outward * self.radius_m);
         Some((self.exitance_lm_m2 * self.radius_m * self.radius_m, place))
@@ -123,13 +123,13 @@ impl Light for BallLight {
     }
 }
 
-/// 1 − cos of an angle by its sine, without the cancellation that a far ball would bring.
+/// Returns 1 − cos of an angle from its sine, without the cancellation for a far ball.
 fn one_minus_cos(sine: f64) -> f64 {
     sine * sine / (1.0 + (1.0 - sine * sine).sqrt())
 }
 
-/// Draws a direction of a cone about a unit axis by the sine of half its angle, in proportion to its cosine with a unit normal; `None`
-/// where the cone is no cone or next to nothing of it is above the horizon.
+/// Draws a direction in a cone, in proportion to its cosine with a unit normal. The cone has a unit axis and the sine of its half angle.
+/// `None` where the sine is 1 or more, or where almost nothing of the cone is above the horizon.
 pub(super) fn draw_in_cone(axis: DVec3, sin_max: f64, normal: DVec3, stream: &mut Stream) -> Option<DVec3> {
     if sin_max >= 1.0 {
         return None;

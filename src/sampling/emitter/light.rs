@@ -1,4 +1,4 @@
-//! What every kind of light can do, each kind in a file of its own.
+//! The trait of every kind of light. Each kind has its own file.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
 use crate::scene::Side;
 
-/// A part of a luminaire as an eye sees it where nothing stands between.
+/// A part of a luminaire as an eye sees it if nothing stands between.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPart {
     /// Unit direction of its middle from the eye.
@@ -22,9 +22,9 @@ pub struct SeenPart {
     pub place: Place,
 }
 
-/// One emitting point, opening, triangle side or ball, or what comes from afar. Faces that most kinds do not have answer here for them.
+/// One emitting point, opening, triangle side or ball, or sky or sun. The default methods serve the kinds that lack a feature.
 pub(super) trait Light {
-    /// The ball with an axis by which it is weighed among others: a cheap upper bound of what it brings.
+    /// Returns the ball with an axis that gives its weight among other lights: a cheap upper bound of its illuminance.
     fn beacon(&self) -> Beacon;
 
     /// Draws a packet in proportion to the flux that leaves.
@@ -36,7 +36,7 @@ pub(super) trait Light {
     /// A light sample: see [`super::Emitter::light_sample`].
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample>;
 
-    /// A triangle as a place sees it: see [`super::Emitter::view`].
+    /// A triangle prepared for one point: see [`super::Emitter::view`].
     fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView> {
         None
     }
@@ -47,8 +47,8 @@ pub(super) trait Light {
         self.light_sample(point_m, normal, stream)
     }
 
-    /// The half space into which all its light goes, if there is one: its unit normal, and where its plane stands along that in m, at the
-    /// hindmost point of the light.
+    /// Returns the half space that receives all its light, if there is one: the unit normal, and the coordinate of its plane along that
+    /// normal in m. The plane goes through the rearmost point of the light.
     fn ahead(&self) -> Option<(DVec3, f64)> {
         None
     }
@@ -63,29 +63,29 @@ pub(super) trait Light {
         false
     }
 
-    /// Whether its beacon tells where it is: not of what comes from everywhere, or from infinity.
+    /// Whether its beacon shows its position. False for light that comes from everywhere or from infinity.
     fn is_placed(&self) -> bool {
         true
     }
 
-    /// One of the points from which it emits and that no ray meets.
+    /// Draws one of the points from which it emits and that no ray meets.
     #[inline]
     fn draw_point(&self, _: &mut Stream) -> Option<OpeningPoint> {
         None
     }
 
-    /// Such a point for the geometry.
+    /// Returns the `Place` of such a point.
     #[inline]
     fn place_of_point(&self, point_m: DVec3) -> Place {
         Place::Free(point_m)
     }
 
-    /// Intensity in cd of all such points towards a unit direction.
+    /// Returns the intensity in cd of all such points together towards a unit direction.
     fn intensity_cd(&self, _direction: DVec3) -> f64 {
         0.0
     }
 
-    /// What one drawn point sends in that direction over the mean of all of them: see [`super::Emitter::intensity_from_cd`].
+    /// Returns what one drawn point sends in a direction, relative to the mean of all points: see [`super::Emitter::intensity_from_cd`].
     fn share_from(&self, _: &OpeningPoint, _direction: DVec3) -> f64 {
         1.0
     }
@@ -100,40 +100,41 @@ pub(super) trait Light {
         None
     }
 
-    /// Where a line of sight meets an opening that is no obstacle: distance in m, and luminance in cd/m².
+    /// Returns the distance in m at which a line of sight meets an opening that does not block rays, and its luminance in cd/m².
     fn opening_on_sight(&self, _eye_m: DVec3, _direction: DVec3) -> Option<(f64, f64)> {
         None
     }
 
-    /// Shows the parts that an eye would see.
+    /// Shows the parts that an eye would see if nothing stood between.
     fn show_parts(&self, _eye_m: DVec3, _: &mut Stream, _show: &mut dyn FnMut(SeenPart)) {}
 
-    /// Exitance in lm/m² of a light that rays can meet. One that no ray meets has none here: its light samples would leave a share to rays.
+    /// Returns the exitance in lm/m² of a light that rays can meet. A light that no ray meets must return `None`; otherwise its light
+    /// samples would leave a share to rays.
     fn exitance_lm_m2(&self) -> Option<f64> {
         None
     }
 
-    /// The side of a triangle that it is.
+    /// Returns the triangle side that it is, if it is one.
     fn side(&self) -> Option<(u32, Side)> {
         None
     }
 
-    /// Cosine between that side and a unit direction, 0 behind it.
+    /// Returns the cosine between that side and a unit direction, 0 behind it.
     fn cosine_towards(&self, _direction: DVec3) -> f64 {
         0.0
     }
 
-    /// Distance in m at which a line of sight that meets its ball meets it; `None` for what is no ball.
+    /// Returns the distance in m at which a line of sight meets its ball; the line must meet it. `None` for other kinds.
     fn ball_at_m(&self, _eye_m: DVec3, _direction: DVec3) -> Option<f64> {
         None
     }
 
-    /// The sky that it is, or is a part of.
+    /// Returns the sky that it is or belongs to.
     fn sky(&self) -> Option<&Sky> {
         None
     }
 
-    /// The sun that it is.
+    /// Returns the sun, if it is the sun.
     fn sun(&self) -> Option<&Sun> {
         None
     }

@@ -1,4 +1,4 @@
-//! All emitters of a scene: which one a packet leaves, and which one a point looks at.
+//! All emitters of a scene: which one a packet leaves, and which one a point samples.
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ pub struct Emitters {
     list: Vec<Emitter>,
     /// Emitting sides of triangles with their emitters, in order.
     on_surfaces: Vec<((u32, Side), u32)>,
-    /// Flux of all emitters up to and including each, in lm.
+    /// Cumulative flux of the emitters, each included, in lm.
     cumulative_flux_lm: Vec<f64>,
     tree: Option<EmitterTree>,
 }
@@ -53,7 +53,7 @@ impl Emitters {
         Emitters { list, on_surfaces, cumulative_flux_lm, tree }
     }
 
-    /// The point-like emitters by themselves, if there are any.
+    /// Returns the point-like emitters alone, if there are any.
     pub fn points(&self) -> Option<PointEmitters> {
         let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_met_by_no_ray()).cloned().collect();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
@@ -61,25 +61,25 @@ impl Emitters {
         Some(PointEmitters { list, tree })
     }
 
-    /// Numbers of the emitters on a side of a triangle.
+    /// Returns the numbers of the emitters on a side of a triangle.
     pub fn on_surface(&self, triangle: u32, side: Side) -> impl Iterator<Item = u32> + '_ {
         let first = self.on_surfaces.partition_point(|(place, _)| *place < (triangle, side));
         let here = self.on_surfaces[first..].iter().take_while(move |(place, _)| *place == (triangle, side));
         here.map(|(_, emitter)| *emitter)
     }
 
-    /// Number of the emitter that is a luminaire's ball.
+    /// Returns the number of the emitter that is a luminaire's ball.
     pub fn of_ball(&self, luminaire: u32) -> Option<u32> {
         let first = self.list.partition_point(|emitter| emitter.luminaire < luminaire);
         self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
     }
 
-    /// The sky, if there is one that gives light.
+    /// Returns the sky, if there is one that gives light.
     pub fn sky(&self) -> Option<&Sky> {
         self.list.iter().find_map(Emitter::sky)
     }
 
-    /// The sun, if there is one that gives light.
+    /// Returns the sun, if there is one that gives light.
     pub fn sun(&self) -> Option<&Sun> {
         self.list.iter().find_map(Emitter::sun)
     }
@@ -94,7 +94,7 @@ impl Emitters {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// Makes `cut` ready for any number of choices at a point with a unit normal.
+    /// Prepares `cut` for any number of choices at a point with a unit normal.
     #[inline]
     pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
         if let Some(tree) = &self.tree {
@@ -102,20 +102,20 @@ impl Emitters {
         }
     }
 
-    /// Chooses one emitter, about in proportion to what it brings unshadowed to the point and normal for which `cut` was
-    /// opened; returns its number with the probability of the choice. `None`: this choice brings nothing.
+    /// Chooses one emitter, approximately in proportion to its unshadowed contribution at the point and normal for which `cut` was opened.
+    /// Returns its number with the probability of the choice. `None`: this choice gives no light.
     #[inline]
     pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
         self.tree.as_ref()?.choose(point_m, normal, variate, cut)
     }
 
-    /// Probability with which [`Emitters::choose`] chooses an emitter.
+    /// Returns the probability with which [`Emitters::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
         self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
     }
 
-    /// Shows the emitters that may bring something to a point with a unit normal, strong ones about first, until `show`
-    /// wants no more: each with its importance and that of all that have not been shown.
+    /// Shows the emitters that may light a point with a unit normal, roughly the strongest first, until `show` returns `false`. Each comes
+    /// with its importance and the importance of all that have not been shown.
     pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, show: impl FnMut(u32, f64, f64) -> bool) {
         if let Some(tree) = &self.tree {
             tree.strongest_first(point_m, normal, show);
@@ -127,14 +127,14 @@ impl Emitters {
         self.list[self.index_at(choice) as usize].emit(stream)
     }
 
-    /// Number of the emitter for a choice in [0, 1), in proportion to flux.
+    /// Returns the number of the emitter for a choice in [0, 1), in proportion to flux.
     pub fn index_at(&self, choice: f64) -> u32 {
         let aim = choice * self.luminous_flux_lm();
         self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1) as u32
     }
 }
 
-/// The emitters that are points.
+/// The emitters that no ray meets: points, openings and rings.
 #[derive(Clone, Debug)]
 pub struct PointEmitters {
     list: Vec<Emitter>,
@@ -148,7 +148,7 @@ pub struct PointLook<'a> {
     pub emitter: &'a Emitter,
     /// The point.
     pub point: OpeningPoint,
-    /// The same for the geometry.
+    /// The same point for the geometry.
     pub place: Place,
 }
 

@@ -1,4 +1,4 @@
-//! Points, alike in all directions or with I = I₀ cos γ.
+//! Emitting points with uniform intensity or with I = I₀ cos γ.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 #[derive(Clone, Debug)]
 pub(super) struct PointLight {
     pub position_m: DVec3,
-    /// Unit vector of γ = 0, where its intensity follows the cosine.
+    /// Unit vector of γ = 0, if the intensity follows the cosine.
     pub axis: Option<DVec3>,
-    /// Intensity in cd, on the axis if it has one.
+    /// Intensity in cd; on the axis if there is one.
     pub intensity_cd: f64,
 }
 

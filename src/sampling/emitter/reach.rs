@@ -1,22 +1,22 @@
-//! Where an emitter's light cannot go: behind the plane that it shines away from.
+//! The region that an emitter's light cannot reach: behind the plane that it shines away from.
 
 use glam::DVec3;
 
 use super::light::Light;
 use super::{Emitter, EmitterShape, of_light};
 
-/// A ball that holds an emitter, and the half space that holds all its light, if there is one.
+/// A ball that contains an emitter, and the half space that receives all its light, if there is one.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
     center_m: DVec3,
     radius_m: f64,
-    /// Unit normal of the half space and its points' least coordinate along that, in m.
+    /// Unit normal of the half space, and the least coordinate of its points along that normal, in m.
     ahead: Option<(DVec3, f64)>,
 }
 
 impl Reach {
-    /// Whether light may come to the side of a triangle that a unit normal points from; `false` only where none does, but for
-    /// what passes within a tolerance of its plane or of the half space's.
+    /// Whether light may reach one side of a triangle, the side that a unit normal points from. It is `false` only where no light does,
+    /// except for light within a tolerance of the triangle's plane or of the half space's plane.
     #[inline]
     pub fn may_light(&self, corners_m: &[DVec3; 3], normal: DVec3, tolerance_m: f64) -> bool {
         let is_above = normal.dot(self.center_m - corners_m[0]) + self.radius_m > tolerance_m;
@@ -26,7 +26,7 @@ impl Reach {
 }
 
 impl Emitter {
-    /// Where its light can go.
+    /// Returns the region that its light can reach.
     pub fn reach(&self) -> Reach {
         let beacon = &self.beacon;
         let ahead = of_light!(&self.shape, light => light.ahead());
@@ -44,9 +44,9 @@ mod tests {
     use crate::sampling::warp::{uniform_sphere, uniform_triangle};
     use crate::scene_from_json;
 
-    /// Nine emitters of every kind and 4,000 random triangles about each: from sides that no light comes to, by what is
-    /// told, eight random points find nothing by 16 looks each (seed 4). A half space that begins 0.2 m later, the planted
-    /// fault, is found out, and so is a radius less 0.3 m.
+    /// Nine emitters of different kinds, and 4,000 random triangles around each. From sides that no light reaches according to `Reach`,
+    /// eight random points with 16 light samples each find nothing (seed 4). A half space that begins 0.2 m later and a radius less 0.3 m,
+    /// the planted faults, are detected.
     #[test]
     fn nothing_is_found_from_sides_that_no_light_comes_to() {
         let text = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

@@ -1,7 +1,7 @@
-//! Flat rings that emit diffusely to one side, alike all over.
+//! Flat rings that emit diffusely and uniformly to one side.
 //!
-//! What a disk brings is a contour integral about its rim (Lambert), in closed form also where the receiver's horizon cuts the rim:
-//! arcs by [`arc_sums`], and the chord, which lies in the horizon, by its angle. A ring is a disk less a disk.
+//! The illuminance from a disk is a contour integral along its rim (Lambert). It has a closed form also where the receiver's horizon cuts
+//! the rim: arcs by [`arc_sums`], and the chord, which lies in the horizon, by its angle. A ring is a disk minus a disk.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -16,13 +16,13 @@ use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr, sin_cos_of_turns, tangents};
 
-/// From so many outer radii points are drawn in proportion to what they bring: a uniform draw is kept once in 30 or more often.
+/// From this many outer radii on, points are drawn in proportion to their contribution. At least one uniform draw in 30 is kept.
 const FAR: f64 = 1.0;
-/// Draws that thinning may take: 2,000 failures in a row have a probability below 1e-29.
+/// Largest number of draws of the rejection loop. 2,000 failures in a row have a probability below 1e-29.
 const MOST_DRAWS: u32 = 2000;
-/// Rows and sectors into which an observer parts it.
+/// Rows and sectors into which the ring is divided for an observer.
 const PARTS: [u32; 2] = [2, 36];
-/// Below this ratio of the distance's swing to its mean the rim's distance is constant to rounding.
+/// Below this ratio of the distance's variation to its mean, the distance of the rim counts as constant.
 const EVEN: f64 = 1e-12;
 
 /// A ring.
@@ -46,7 +46,7 @@ impl RingLight {
         PI * (outer_m - inner_m) * (outer_m + inner_m)
     }
 
-    /// A point by the share of the area within it and a turn about the axis.
+    /// Returns a point by the share of the area inside its radius, and by a turn about the axis.
     fn point_m(&self, [share, turns]: [f64; 2]) -> DVec3 {
         let [inner_m, outer_m] = self.radii_m;
         let radius_m = (inner_m * inner_m + share * (outer_m - inner_m) * (outer_m + inner_m)).sqrt();
@@ -55,7 +55,7 @@ impl RingLight {
         self.center_m + radius_m * (cos * t + sin * b)
     }
 
-    /// Distance in m of a place in front to the nearest point of it.
+    /// Returns the distance in m from a point in front of the ring to the nearest point of the ring.
     fn nearest_m(&self, point_m: DVec3) -> f64 {
         let offset_m = point_m - self.center_m;
         let height_m = offset_m.dot(self.axis);
@@ -63,7 +63,7 @@ impl RingLight {
         height_m.hypot(aside_m - aside_m.clamp(self.radii_m[0], self.radii_m[1]))
     }
 
-    /// A point in proportion to what it brings; `None` where next to nothing of the ring is above the horizon.
+    /// Draws a point in proportion to its contribution; `None` where almost nothing of the ring is above the horizon.
     fn draw_far(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<DVec3> {
         let largest = self.nearest_m(point_m).powi(-3);
         for _ in 0..MOST_DRAWS {
@@ -76,8 +76,8 @@ impl RingLight {
         None
     }
 
-    /// From near by, half of the points are drawn by area and half by the receiver's cosine: each counts by the mean of both
-    /// densities, so that no look counts more than twice the exitance.
+    /// Draws a near light sample: half of the points by area, half by the receiver's cosine. Each is weighted by the mean of both
+    /// densities, so no light sample exceeds twice the exitance.
     fn light_sample_near(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let at_m = if stream.unit() < 0.5 {
             self.point_m(stream.pair())
@@ -98,7 +98,7 @@ impl RingLight {
         Some(LightSample { unshadowed_lx, place: Some(self.place_of_point(at_m)) })
     }
 
-    /// Distance at which a line from in front meets it.
+    /// Returns the distance at which a line from in front meets the ring.
     fn met_at_m(&self, from_m: DVec3, direction: DVec3) -> Option<f64> {
         let offset_m = self.center_m - from_m;
         let (ahead_m, slope) = (offset_m.dot(self.axis), direction.dot(self.axis));
@@ -210,11 +210,11 @@ impl Light for RingLight {
     }
 }
 
-/// Illuminance that a uniform Lambertian disk makes at a point with a unit normal, as a fraction of the disk's exitance. It emits to
-/// where its axis points; what lies below the receiver's horizon is cut off, and nothing else stands in between.
+/// Returns the illuminance that a uniform Lambertian disk causes at a point with a unit normal, as a fraction of the disk's exitance. The
+/// disk emits to the side its axis points to. The part below the receiver's horizon is cut off. Nothing stands between.
 ///
-/// Accuracy: some 1e-14 absolutely.
-/// Source: J. H. Lambert, "Photometria", 1760: E = M/2π ∮ n·(r × dr)/r² about what is seen of the disk.
+/// Accuracy: about 1e-14 absolute.
+/// Source: J. H. Lambert, "Photometria", 1760: E = M/2π ∮ n·(r × dr)/r² around the visible part of the disk.
 fn disk_illuminance_factor(point_m: DVec3, normal: DVec3, center_m: DVec3, axis: DVec3, radius_m: f64) -> f64 {
     let offset_m = center_m - point_m;
     let height_m = -offset_m.dot(axis);
@@ -225,7 +225,7 @@ fn disk_illuminance_factor(point_m: DVec3, normal: DVec3, center_m: DVec3, axis:
     let [t, b] = tangents(axis);
     let (along_t, along_b) = (offset_m.dot(t), offset_m.dot(b));
     let (a, h, rho) = (radius_m, height_m, along_t.hypot(along_b));
-    // By coordinates in the plane, u lies in it even where next to nothing is left of it.
+    // u is built from coordinates in the plane, so it lies in the plane even where almost nothing is left of it.
     let u = if rho > 0.0 { (along_t * t + along_b * b) / rho } else { t };
     let v = axis.cross(u);
     let [nu, nv, nw] = [u, v, axis].map(|vector| vector.dot(normal));
@@ -233,7 +233,7 @@ fn disk_illuminance_factor(point_m: DVec3, normal: DVec3, center_m: DVec3, axis:
     let epsilon = 2.0 * a * rho / square;
     let root = ((rho - a).hypot(h) * (rho + a).hypot(h) / square).min(1.0);
 
-    // Above the horizon is where k + m cos(φ − φ_n) > 0.
+    // The part of the rim above the horizon has k + m cos(φ − φ_n) > 0.
     let (k, m) = (rho * nu - h * nw, a * nu.hypot(nv));
     if k <= -m {
         return 0.0;
@@ -256,9 +256,9 @@ fn disk_illuminance_factor(point_m: DVec3, normal: DVec3, center_m: DVec3, axis:
     (-sum / TAU).clamp(0.0, 1.0)
 }
 
-/// ∫ 1, cos φ and sin φ over 1 + ε cos φ along an arc; `root` is √(1 − ε²).
+/// Returns ∫ 1, cos φ and sin φ over 1 + ε cos φ along an arc; `root` is √(1 − ε²).
 ///
-/// φ less Kepler's angle is D(φ) = 2 atan(β sin φ/(1 + β cos φ)), β = ε/(1 + √(1 − ε²)), which has no branches to look after.
+/// φ minus Kepler's angle is D(φ) = 2 atan(β sin φ/(1 + β cos φ)), β = ε/(1 + √(1 − ε²)). This form needs no choice of branches.
 fn arc_sums(epsilon: f64, root: f64, from: f64, to: f64) -> [f64; 3] {
     if epsilon < EVEN {
         return [to - from, to.sin() - from.sin(), from.cos() - to.cos()];
@@ -287,7 +287,8 @@ mod tests {
         RingLight { center_m: DVec3::new(0.4, 0.2, 2.0), axis, radii_m: RING, exitance_lm_m2: 1000.0 }
     }
 
-    /// On the axis E = M (sin² of the outer rim − sin² of the inner), at any distance; a radius 1% larger (the planted fault) is seen.
+    /// On the axis E = M (sin² of the outer rim − sin² of the inner rim) at any distance. A radius 1% larger, the planted fault, is
+    /// detected.
     #[test]
     fn on_the_axis_the_closed_form_is_met() {
         let light = ring();
@@ -302,15 +303,15 @@ mod tests {
         assert_eq!(light.unshadowed_lx(light.center_m - light.axis, light.axis), 0.0);
     }
 
-    /// The mean height of illuminance of 200 random places and normals, most of them with the ring across their horizon, against 4,096
-    /// triangles that are as large as the disk; 0.1% more (the planted fault) is seen at most of them.
+    /// Compares a disk with 4,096 triangles of the same total area, at 200 random points and normals, most with the disk across their
+    /// horizon. 0.1% more, the planted fault, is detected at most of them.
     #[test]
     fn a_disk_is_what_its_polygon_is_wherever_the_horizon_cuts() {
         const CORNERS: usize = 4096;
         let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
         let (center_m, axis) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.3, 0.2, 0.9).normalize());
         let [t, b] = tangents(axis);
-        // Corners beyond the rim, so that the area is the disk's.
+        // The corners lie beyond the rim, so that the area equals the disk's.
         let step = TAU / CORNERS as f64;
         let reach = (step / step.sin()).sqrt();
         let corner = |k: usize| center_m + reach * ((step * k as f64).cos() * t + (step * k as f64).sin() * b);
@@ -332,8 +333,8 @@ mod tests {
         assert!(cut > 30 && refused > 50, "{cut} {refused}");
     }
 
-    /// 2,000,000 looks each from near and far, above and across the horizon: their mean is the exact illuminance within 4.9 standard
-    /// errors (α = 1e-6 each, seed 5), and 1% more (the planted fault) is not. Far looks all say the same.
+    /// 2,000,000 light samples each from near and far, above and across the horizon. Their mean equals the exact illuminance within 4.9
+    /// standard errors (α = 1e-6 each, seed 5), and 1% more, the planted fault, does not. Far light samples all have the same value.
     #[test]
     fn looks_have_the_mean_of_the_closed_form() {
         const N: u64 = 2_000_000;
@@ -365,8 +366,9 @@ mod tests {
         }
     }
 
-    /// Points of far looks follow what they bring: the mean of their distances from the axis, weighed against a sum over 1,000,000
-    /// points by area, within 4.9 standard errors of 200,000 draws (seed 6); draws by area alone (the planted fault) are refused.
+    /// Points of far light samples follow their contribution. The mean of their distances from the axis is compared with a weighted sum
+    /// over 1,000,000 points by area, within 4.9 standard errors of 200,000 draws (seed 6). Draws by area alone, the planted fault, are
+    /// rejected.
     #[test]
     fn far_looks_are_drawn_in_proportion() {
         let light = ring();

@@ -1,4 +1,4 @@
-//! Emitters as an observer sees them: openings on a line of sight, and the parts of a source that may glare.
+//! Emitters as an observer sees them: openings on a line of sight, and the parts of a source that may cause glare.
 
 use glam::DVec3;
 
@@ -6,31 +6,31 @@ use super::light::{Light, SeenPart};
 use super::{Emitter, EmitterShape, of_light};
 use crate::sampling::random::Stream;
 
-/// Smallest projected area of a source in m²: what is smaller counts as small and as bright as this
-/// (CIE 147:2002, small sources).
+/// Smallest projected area of a source in m². A smaller source counts with this area and the matching luminance (CIE 147:2002, small
+/// sources).
 pub const SMALLEST_SOURCE_M2: f64 = 0.005;
 impl Emitter {
-    /// Luminance in cd/m² of a luminous opening that a line of sight meets, I/A_projected, and at which distance in m.
+    /// Returns the distance in m at which a line of sight meets a luminous opening, and its luminance I/A_projected in cd/m².
     pub fn opening_on_sight(&self, eye_m: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let met = of_light!(&self.shape, light => light.opening_on_sight(eye_m, direction));
         met.filter(|(_, luminance_cd_m2)| *luminance_cd_m2 > 0.0 && luminance_cd_m2.is_finite())
     }
 
-    /// Distance in m at which a line of sight that meets the emitter's ball meets it; infinite for other emitters.
+    /// Returns the distance in m at which a line of sight meets the emitter's ball; the line must meet it. Infinite for other emitters.
     pub fn ball_at_m(&self, eye_m: DVec3, direction: DVec3) -> f64 {
         of_light!(&self.shape, light => light.ball_at_m(eye_m, direction)).unwrap_or(f64::INFINITY)
     }
 
-    /// Shows the parts of the emitter that an eye would see, each with a point of it drawn at random.
+    /// Shows the parts of the emitter that an eye would see, each with a randomly drawn point of it.
     ///
-    /// A point-like luminaire is one part: its intensity towards the eye over its projected area, both from the middle
-    /// of the opening. So is a ball. Triangles are cut into parts of some degrees. Glare of sky and sun is rated by other formulas.
+    /// A point-like luminaire is one part: its intensity towards the eye over its projected area, both from the middle of the opening. A
+    /// ball is one part too. Triangles are cut into parts of a few degrees. Glare of sky and sun is rated by other formulas.
     pub fn show_parts(&self, eye_m: DVec3, stream: &mut Stream, mut show: impl FnMut(SeenPart)) {
         of_light!(&self.shape, light => light.show_parts(eye_m, stream, &mut show));
     }
 }
 
-/// A part of I at a middle that stands for it: L²ω = I²/(A d²).
+/// Shows one part of intensity I, represented by its middle: L²ω = I²/(A d²).
 pub(super) fn show_point(
     light: &impl Light,
     middle_m: DVec3,

@@ -1,4 +1,4 @@
-//! The sky as emitters: one for each opening of the scene, and one for what comes past all of them.
+//! The sky as emitters: one for each opening of the scene, and one for the light that passes all of them.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,16 +15,15 @@ use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, tangents, uniform_sphere, uniform_triangle};
 use crate::scene::Openings;
 
-/// Ends of rays to the sky lie so many radii of the scene away: outside of the ball that holds it from anywhere within.
+/// Length of rays to the sky in radii of the scene. From any point inside, they end outside the ball that contains the scene.
 const OUTSIDE: f64 = 2.2;
-/// A packet starts so far within its opening, over the radius of the scene: clearly on this side of a pane.
+/// A packet starts this far inside its opening, relative to the radius of the scene: clearly on the inner side of a pane.
 const WITHIN: f64 = 2e-5;
-/// Packets that enter flatter than by this cosine start no farther within than others.
+/// Least cosine for this distance: packets that enter at a flatter angle start no farther inside.
 const FLATTEST: f64 = 0.05;
-/// Light that finds its way past all openings is taken for this share of what the open sky brings, where it is decided how often
-/// it is looked for.
+/// Assumed share of the open sky's light that passes all openings. It decides how often that emitter is sampled.
 const SHARE_PAST_OPENINGS: f64 = 0.05;
-/// Draws by which a direction is thinned to its luminance: the brightest of skies passes one in some hundred.
+/// Largest number of draws for a direction by luminance. Even with the brightest skies, about one draw in some hundred is kept.
 const MOST_DRAWS: u32 = 100_000;
 
 /// The sky through an opening, or past all of them.
@@ -32,12 +31,12 @@ const MOST_DRAWS: u32 = 100_000;
 pub(super) struct SkyEmitter {
     pub sky: Arc<Sky>,
     pub openings: Arc<Openings>,
-    /// Number of the opening.
+    /// Number of the opening; `None` for the light past all openings.
     pub opening: Option<u32>,
 }
 
 impl SkyEmitter {
-    /// Those of a sky, each with its flux in lm.
+    /// Returns the emitters of a sky, each with its flux in lm.
     pub fn all(sky: &Arc<Sky>, openings: &Arc<Openings>) -> Vec<(f64, SkyEmitter)> {
         let emitter = |opening| SkyEmitter { sky: sky.clone(), openings: openings.clone(), opening };
         let fluxes_lm = openings.fluxes_lm(|normal| sky.illuminance_lx(normal));
@@ -46,12 +45,12 @@ impl SkyEmitter {
         through.chain(past).collect()
     }
 
-    /// Corners of its opening in m.
+    /// Returns the corners of its opening in m.
     pub fn front_m(&self) -> Option<[DVec3; 3]> {
         self.opening.map(|number| self.openings.fronts_m[number as usize])
     }
 
-    /// Unit normal of its opening, into the room, and a point of it.
+    /// Returns the unit normal of its opening, into the room, and a point of the opening.
     fn inward(&self) -> Option<(DVec3, DVec3)> {
         self.front_m().map(|[a, b, c]| ((b - a).cross(c - a).normalize_or_zero(), a))
     }
@@ -60,7 +59,7 @@ impl SkyEmitter {
 impl Light for SkyEmitter {
     fn beacon(&self) -> Beacon {
         let Some([a, b, c]) = self.front_m() else {
-            // Everything lies within its ball: what it brings is the same everywhere.
+            // All points lie inside its ball, so its importance is the same everywhere.
             let radius_m = OUTSIDE * self.openings.radius_m;
             let share = if self.openings.fronts_m.is_empty() { 1.0 } else { SHARE_PAST_OPENINGS };
             return Beacon {
@@ -81,12 +80,12 @@ impl Light for SkyEmitter {
         Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, parts: Arc::default() }
     }
 
-    /// About what it brings to a point with a unit normal in lx, where nothing stands between; 0 only where it brings nothing.
+    /// Returns about the illuminance in lx at a point with a unit normal where nothing stands between; 0 only where there is no light.
     fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match self.front_m() {
             Some(corners_m) => {
                 let middle_m = corners_m.iter().sum::<DVec3>() / 3.0;
-                // A part that the middle does not show may be bright.
+                // Parts that are not seen through the middle may be bright.
                 let least_cd_m2 = 1e-3 * self.sky.largest_cd_m2();
                 let luminance_cd_m2 = self.sky.luminance_cd_m2((middle_m - point_m).normalize_or_zero());
                 PI * luminance_cd_m2.max(least_cd_m2) * triangle_illuminance_factor(point_m, normal, corners_m)
@@ -95,9 +94,9 @@ impl Light for SkyEmitter {
         }
     }
 
-    /// A light sample towards a direction of it.
+    /// Draws a light sample towards a direction of the sky.
     ///
-    /// Directions are drawn in proportion to their cosine, those of an opening among what it shows.
+    /// Directions are drawn in proportion to their cosine; for an opening, among the directions that it shows.
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let (factor, towards, distance_m) = match self.front_m() {
             Some(corners_m) => {
@@ -155,7 +154,8 @@ impl Light for SkyEmitter {
     }
 }
 
-/// A packet that enters past all openings from a unit direction, at a point of the disk across it by two variates in [0, 1).
+/// Makes a packet that enters past all openings from a unit direction. Two variates in [0, 1) choose a point of the disk across the
+/// direction.
 pub(super) fn enter_past(openings: &Openings, towards: DVec3, [u, v]: [f64; 2]) -> Emitted {
     let radius_m = openings.radius_m;
     let [first, second] = tangents(towards);
@@ -166,7 +166,7 @@ pub(super) fn enter_past(openings: &Openings, towards: DVec3, [u, v]: [f64; 2]) 
     Emitted { place: Place::Free(start_m), direction: -towards, behind: None, reach_m }
 }
 
-/// A packet that enters through an opening from a unit direction, at a point by the weights of the second and third corner.
+/// Makes a packet that enters through an opening from a unit direction, at a point given by the weights of the second and third corner.
 pub(super) fn enter_through(openings: &Openings, opening: Option<u32>, towards: DVec3, [u, v]: [f64; 2]) -> Emitted {
     let radius_m = openings.radius_m;
     let [a, b, c] = opening.map(|number| openings.fronts_m[number as usize]).unwrap_or_default();

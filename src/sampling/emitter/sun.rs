@@ -1,4 +1,4 @@
-//! The sun as an emitter: one for all looks, which see it as they see the open sky, and all openings for the packets.
+//! The sun as an emitter: one for all light samples, which see it as they see the open sky, and with all openings for the packets.
 
 use std::sync::Arc;
 
@@ -14,9 +14,9 @@ use crate::sampling::random::Stream;
 use crate::sampling::warp::{uniform_cone, uniform_triangle};
 use crate::scene::Openings;
 
-/// The beacon stands so many radii of the scene away: from everywhere in the same direction, within rounding of the sun's disk.
+/// The beacon stands this many radii of the scene away. From everywhere its direction is the same, to within rounding of the sun's disk.
 const BEACON: f64 = 1e6;
-/// The end of a ray to the sun lies outside of the scene by this share of its radius.
+/// Rays to the sun are longer than the point's distance from the scene's centre by this many radii of the scene, so they end outside of it.
 const OUTSIDE: f64 = 1.2;
 
 /// The sun.
@@ -24,12 +24,12 @@ const OUTSIDE: f64 = 1.2;
 pub(super) struct SunEmitter {
     pub sun: Arc<Sun>,
     openings: Arc<Openings>,
-    /// Flux through the openings up to and including each, in lm, and at last that past all of them.
+    /// Cumulative flux in lm through the openings, each included, and in the last entry also the flux past all of them.
     cumulative_flux_lm: Arc<[f64]>,
 }
 
 impl SunEmitter {
-    /// The sun that shines through openings.
+    /// Makes the sun that shines through openings.
     pub fn new(sun: &Arc<Sun>, openings: &Arc<Openings>) -> SunEmitter {
         let through_lm = openings.fluxes_lm(|normal| sun.illuminance_lx(normal));
         let fluxes_lm = through_lm.chain([openings.open_flux_lm(sun.total_cd_sr_m2())]);
@@ -54,14 +54,14 @@ impl Light for SunEmitter {
         }
     }
 
-    /// A light sample towards a direction of the disk, drawn in proportion to its cosine.
+    /// Draws a light sample towards a direction of the disk, in proportion to its cosine.
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let unshadowed_lx = self.sun.illuminance_lx(normal);
         if unshadowed_lx <= 0.0 {
             return None;
         }
         let towards = draw_in_cone(self.sun.towards(), self.sun.sine(), normal, stream);
-        // The ground hides what is below the horizon. A point may lie anywhere: the images in mirrors look from far outside.
+        // The ground hides the part below the horizon. The point may lie anywhere, because mirror images of points lie far outside.
         let end_m = (point_m - self.openings.center_m).length() + OUTSIDE * self.openings.radius_m;
         let above = towards.filter(|towards| towards.z > 0.0);
         Some(LightSample { unshadowed_lx, place: above.map(|towards| Place::Free(point_m + end_m * towards)) })

@@ -16,15 +16,15 @@ use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use crate::scene::{Scene, Side};
 
-/// From so many times its radius on a triangle is far enough for a cheap sample: d² varies by half of itself over it, in the root
-/// mean square, where it is seen end-on, and mostly by much less.
+/// From this many times its radius on, a triangle is far enough for a cheap sample. Over a triangle seen end-on, d² varies by half of
+/// itself (root mean square); mostly it varies much less.
 const FAR_FOR_A_CHEAP_SAMPLE: f64 = 2.0;
-/// Parts of an emitting triangle are no wider than this as the eye sees them, in radians: the position index changes
-/// by some percent over it.
+/// Largest width of the parts of an emitting triangle as seen by the eye, in radians. The position index changes by a few percent over it.
 const WIDEST_PART: f64 = 0.05;
-/// Divisions of a triangle's edges at most.
+/// Largest number of divisions of a triangle's edges.
 const MOST_DIVISIONS: u32 = 64;
-/// Area over the squared radius of the ball about a triangle, below which it is a needle; the parts that it is weighed by, at most.
+/// A triangle is a needle if its area over the squared radius of the ball around it is below the first. The second is the largest number of
+/// parts for its importance.
 const NEEDLE: f64 = 0.6;
 const MOST_PARTS: usize = 8;
 
@@ -43,7 +43,7 @@ pub(super) struct TriangleEmitter {
 }
 
 impl TriangleEmitter {
-    /// The emitting side of a triangle.
+    /// Makes the emitter of one side of a triangle.
     pub(super) fn new(scene: &Scene, triangle: u32, side: Side, exitance_lm_m2: f64) -> TriangleEmitter {
         let [a, b, c] = scene.corners_m(triangle);
         let corners_m = if side == Side::Front { [a, b, c] } else { [a, c, b] };
@@ -54,8 +54,9 @@ impl TriangleEmitter {
         TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, area_m2, exitance_lm_m2 }
     }
 
-    /// The parts that a triangle which fills little of the ball about it is weighed by, as halves of rectangles about twice as long as wide
-    /// do: cut at the middle of their longest edges until none is longer than a square of the whole triangle's area is wide.
+    /// Returns the beacons of the parts that replace a needle, a triangle that fills little of the ball around it. Halves of rectangles
+    /// about twice as long as wide are needles already. Parts are cut at the middle of their longest edge until `NEEDLE` times the squared
+    /// radius of each is at most the area of the whole triangle, or there are [`MOST_PARTS`].
     fn parts(&self) -> Arc<[Beacon]> {
         if self.area_m2 >= NEEDLE * self.radius_m * self.radius_m {
             return Arc::default();
@@ -69,7 +70,7 @@ impl TriangleEmitter {
         parts.iter().map(|corners_m| self.beacon_of(corners_m, share)).collect()
     }
 
-    /// A part of it as a beacon.
+    /// Returns the beacon of a part of the triangle.
     fn beacon_of(&self, corners_m: &[DVec3; 3], share: f64) -> Beacon {
         let (center_m, radius_m) = ball_about(corners_m);
         Beacon {
@@ -86,7 +87,7 @@ impl TriangleEmitter {
         place_on(self.triangle, self.side, barycentric)
     }
 
-    /// Its corners seen from a point, in m.
+    /// Returns its corners relative to a point, in m.
     pub(super) fn seen_from(&self, point_m: DVec3) -> [DVec3; 3] {
         self.corners_m.map(|corner| corner - point_m)
     }
@@ -116,7 +117,7 @@ impl Light for TriangleEmitter {
         Some(TriangleView { triangle: self.triangle, side: self.side, unshadowed_lx, risen })
     }
 
-    /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²).
+    /// For a far triangle the point is drawn by area, E = M A cos θ cos θ′/(π d²).
     #[inline]
     fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let far_m = FAR_FOR_A_CHEAP_SAMPLE * self.radius_m;
@@ -148,7 +149,7 @@ impl Light for TriangleEmitter {
         Some(self.place(uniform_triangle(variates)))
     }
 
-    /// It is cut into parts of some degrees.
+    /// It is cut into parts of a few degrees.
     fn show_parts(&self, eye_m: DVec3, stream: &mut Stream, show: &mut dyn FnMut(SeenPart)) {
         let corners = self.seen_from(eye_m);
         if corners[0].dot(self.normal) >= 0.0 {
@@ -186,13 +187,13 @@ impl Light for TriangleEmitter {
     }
 }
 
-/// Middle and radius of a ball that holds a triangle, in m.
+/// Returns centre and radius of a ball that contains a triangle, in m.
 fn ball_about(corners_m: &[DVec3; 3]) -> (DVec3, f64) {
     let center_m = corners_m.iter().sum::<DVec3>() / 3.0;
     (center_m, corners_m.iter().map(|corner| corner.distance(center_m)).fold(0.0, f64::max))
 }
 
-/// A triangle cut at the middle of its longest edge.
+/// Cuts a triangle at the middle of its longest edge.
 fn halves(corners_m: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
     let edge = |k: usize| corners_m[k].distance_squared(corners_m[(k + 1) % 3]);
     let longest = (0..3).max_by(|one, other| edge(*one).total_cmp(&edge(*other))).unwrap_or(0);
@@ -201,7 +202,7 @@ fn halves(corners_m: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
     [[a, middle, c], [middle, b, c]]
 }
 
-/// Barycentric corners of one of `divisions`² like parts of a triangle.
+/// Returns the barycentric corners of one of `divisions`² similar parts of a triangle.
 fn part_corners(part: u32, divisions: u32) -> [[f64; 2]; 3] {
     let row = f64::from(part).sqrt() as u32;
     let row = if row * row > part {
@@ -213,7 +214,7 @@ fn part_corners(part: u32, divisions: u32) -> [[f64; 2]; 3] {
     };
     let within = part - row * row;
     let (column, turned) = (within / 2, within % 2 == 1);
-    // Rows run from the first corner; row r holds r + 1 upright parts and r turned ones.
+    // Rows are counted from the first corner. Row r has r + 1 upright parts and r inverted ones.
     let node = |r: u32, c: u32| [f64::from(r - c) / f64::from(divisions), f64::from(c) / f64::from(divisions)];
     if turned {
         [node(row, column), node(row + 1, column + 1), node(row, column + 1)]
@@ -222,7 +223,7 @@ fn part_corners(part: u32, divisions: u32) -> [[f64; 2]; 3] {
     }
 }
 
-/// Distance from the origin to a triangle, not above the true one.
+/// Returns a lower bound of the distance from the origin to a triangle.
 fn nearest_m(corners: &[DVec3; 3]) -> f64 {
     let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
     let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
@@ -239,9 +240,8 @@ mod tests {
     use crate::sampling::random::Purpose;
     use crate::scene_from_json;
 
-    /// Glances from four places at a triangle of 1 m, from one in front of it to one whose horizon cuts it: the mean of
-    /// 2,000,000 is the exact illuminance within 4.5 standard errors (α = 7e-6 each; seed 9), and 1% more, the planted
-    /// fault, is not.
+    /// Cheap light samples of a triangle of 1 m from four points, from one in front of it to one whose horizon cuts it. The mean of
+    /// 2,000,000 equals the exact illuminance within 4.5 standard errors (α = 7e-6 each; seed 9), and 1% more, the planted fault, does not.
     #[test]
     fn cheap_samples_have_the_mean_of_full_ones() {
         const N: u64 = 2_000_000;

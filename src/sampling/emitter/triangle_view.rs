@@ -1,11 +1,11 @@
-//! A shining triangle as one place sees it.
+//! An emitting triangle as seen from one point.
 
 use super::{LightSample, Place};
 use crate::sampling::random::Stream;
 use crate::sampling::triangle::RisenTriangle;
 use crate::scene::Side;
 
-/// A side of a triangle as one place sees it, made ready for any number of looks.
+/// A side of a triangle as seen from one point, prepared for any number of light samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleView {
     /// Triangle of the scene.
@@ -14,7 +14,7 @@ pub(super) struct TriangleView {
     pub side: Side,
     /// Illuminance in lx if nothing stands between.
     pub unshadowed_lx: f64,
-    /// What of it stands above the horizon.
+    /// The part of it above the horizon.
     pub risen: Option<RisenTriangle>,
 }
 
@@ -30,7 +30,7 @@ impl TriangleView {
     }
 }
 
-/// A place on a side of a triangle by barycentric coordinates among its corners in the order in which that side sees them.
+/// Returns a `Place` on a side of a triangle. The barycentric coordinates refer to the corners in the order in which that side sees them.
 pub(super) fn place_on(triangle: u32, side: Side, [u, v]: [f64; 2]) -> Place {
     let barycentric = if side == Side::Front { [u, v] } else { [v, u] };
     Place::Surface { triangle, barycentric, side }

@@ -14,10 +14,10 @@ use crate::sampling::random::Stream;
 use crate::sampling::web::WebSampler;
 use crate::scene::photometry::IntensityWeb;
 
-/// Luminaires of one array or one file share their distribution and what is made of it.
+/// Luminaires of one array or one file share their distribution and the tables made from it.
 pub(super) type SharedWebs = HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)>;
 
-/// A measured distribution, emitted alike by every part of an opening.
+/// A measured distribution that every part of an opening emits.
 #[derive(Clone, Debug)]
 pub(super) struct WebLight {
     pub position_m: DVec3,
@@ -31,7 +31,7 @@ pub(super) struct WebLight {
 }
 
 impl WebLight {
-    /// A point of what it shows in a direction in which it shines.
+    /// Draws a point of the part that the opening shows in a direction of emission.
     #[inline]
     fn draw_point_towards(&self, direction: DVec3, stream: &mut Stream) -> DVec3 {
         self.aperture.as_ref().map_or(self.position_m, |aperture| aperture.draw_towards(direction, stream).position_m)

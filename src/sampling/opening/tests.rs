@@ -1,4 +1,4 @@
-//! Tests of luminous openings: points, looks, and what faces show.
+//! Tests of luminous openings: points, light samples, and visible faces.
 
 use super::*;
 use crate::base::polygon::polygon_illuminance_factor;
@@ -6,8 +6,8 @@ use crate::sampling::random::Purpose;
 
 const FRAME: [DVec3; 3] = [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z];
 
-/// Means of squares of the coordinates over N = 200,000 draws (seed 2) must lie within 4.9 standard errors
-/// (α = 1e-6) of the surface's own, and those of a shape 2% larger must not.
+/// Means of squared coordinates over N = 200,000 draws (seed 2) must lie within 4.9 standard errors (α = 1e-6) of the values of the surface
+/// itself. The values of a shape 2% larger must not.
 #[test]
 fn points_spread_evenly_over_every_shape() {
     let disk = Opening::Disk { diameter_m: 2.0 };
@@ -53,7 +53,7 @@ fn points_spread_evenly_over_every_shape() {
     assert!(Aperture::new(&Opening::Disk { diameter_m: 0.0 }, DVec3::ZERO, &FRAME).is_none());
 }
 
-/// On an ellipsoid of half axes 1, 1, 3 the area between the planes z = ±1.5, by the surface's own integral.
+/// Checks the area between the planes z = ±1.5 on an ellipsoid of half axes 1, 1, 3 against the integral over the surface.
 #[test]
 fn long_ellipsoids_and_cylinders_are_covered_evenly() {
     let opening = Opening::Ellipsoid { c0_m: 2.0, c90_m: 2.0, height_m: 6.0 };
@@ -107,7 +107,7 @@ fn a_near_lambertian_rectangle_brings_what_the_polygon_formula_says() {
     }
 }
 
-/// Solids whose faces shine where they face: a box, a barrel, a lying barrel, an ellipsoid.
+/// Solids whose faces emit to where they face: a box, an upright barrel, a lying barrel, an ellipsoid.
 const SOLIDS: [Opening; 4] = [
     Opening::Box { c0_m: 1.0, c90_m: 0.6, height_m: 0.3 },
     Opening::VerticalCylinder { diameter_m: 0.8, height_m: 0.5 },
@@ -115,9 +115,9 @@ const SOLIDS: [Opening; 4] = [
     Opening::Ellipsoid { c0_m: 0.6, c90_m: 1.0, height_m: 0.4 },
 ];
 
-/// Points drawn towards a direction lie as points drawn evenly that count by what they show to it: means and squares of their
-/// coordinates agree within 4.9 standard errors (N = 100,000, seed 6, α = 1e-6 each), and all face it. Points that do not count
-/// by that, the planted fault, lie elsewhere.
+/// Points drawn towards a direction have the same distribution as uniform points weighted by how much they face it. Means of the
+/// coordinates and of their squares agree within 4.9 standard errors (N = 100,000, seed 6, α = 1e-6 each), and all points face the
+/// direction. Uniform points without these weights, the planted fault, have a different distribution.
 #[test]
 fn points_drawn_towards_a_direction_are_those_that_face_it() {
     const N: u64 = 100_000;
@@ -161,8 +161,8 @@ fn points_drawn_towards_a_direction_are_those_that_face_it() {
     }
 }
 
-/// Looks from near and far, and points drawn evenly that count by what they show, bring the same within 4.9 standard errors
-/// (N = 200,000, seed 8, α = 1e-6 each); points that shine through the body, the planted fault, do not where one looks at a face.
+/// Light samples from near and far have the same mean as uniform points weighted by how much they face the receiver. The tolerance is 4.9
+/// standard errors (N = 200,000, seed 8, α = 1e-6 each). Points that shine through the body, the planted fault, differ in front of a face.
 #[test]
 fn looks_bring_what_the_faces_show() {
     const N: u64 = 200_000;

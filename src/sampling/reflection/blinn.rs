@@ -1,9 +1,9 @@
-//! Blinn's lobe about the half vector, made reciprocal and free of loss (docs/methods.md (45)).
+//! Blinn's lobe around the half vector, made reciprocal and lossless (docs/methods.md (45)).
 //!
-//! The half vector h bisects both directions. The lobe (n + 1)/(8π) cosⁿθ_h / (cos θ_ih max(cos θ_i, cos θ_o)), θ_h the angle
-//! between h and the normal and θ_ih that between h and either direction, is reciprocal (its denominator is that of Ashikhmin and
-//! Shirley, 2000, "An Anisotropic Phong BRDF Model"); what it loses comes back by [`super::glossy::Glossy`]. At grazing incidence the
-//! lobe is narrower across the plane of incidence than Phong's, as on real gloss.
+//! The half vector h bisects both directions. θ_h is the angle between h and the normal, θ_ih the angle between h and either direction. The
+//! lobe is (n + 1)/(8π) cosⁿθ_h / (cos θ_ih max(cos θ_i, cos θ_o)). It is reciprocal; its denominator is that of Ashikhmin and Shirley,
+//! 2000, "An Anisotropic Phong BRDF Model". [`super::glossy::Glossy`] gives its losses back. At grazing incidence the lobe is narrower
+//! across the plane of incidence than Phong's, as on real gloss.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use super::lossless::{draw_power_of_cosine, power_of_cosine_angle};
 use super::{Pair, mirrored};
 use crate::sampling::random::Stream;
 
-/// The lobe of an exponent of 0 or more.
+/// The lobe with an exponent of 0 or more.
 #[derive(Clone, Debug)]
 pub struct Blinn {
     pub exponent: f64,
@@ -25,14 +25,14 @@ impl Lobe for Blinn {
         2.0 / (self.exponent + 4.0).sqrt()
     }
 
-    /// As far as the share of light above the surface asks, light leaves at 2 θ_h from the mirror direction, evenly about it: cos θ_o has the
-    /// distribution that it would have then.
+    /// For the share of light above the surface, the light may be taken to leave at 2 θ_h from the mirror direction, uniformly around it.
+    /// cos θ_o then has the same distribution.
     fn angle_at(&self, y: f64) -> [f64; 2] {
         let [cos_half, sin_half] = power_of_cosine_angle(self.exponent, y);
         [1.0 - 2.0 * sin_half * sin_half, 2.0 * sin_half * cos_half]
     }
 
-    /// The half vector is drawn about the normal.
+    /// The half vector is drawn around the normal.
     fn draw(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> DVec3 {
         mirrored(direction, draw_power_of_cosine(self.exponent, normal, stream.pair()))
     }

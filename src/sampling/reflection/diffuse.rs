@@ -1,4 +1,4 @@
-//! Lambert's law.
+//! Lambertian reflection.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
-    /// How what survives leaves the side with a normal.
+    /// Draws how a surviving packet leaves the side with this normal.
     #[inline]
     pub fn spread(normal: DVec3, stream: &mut Stream) -> Scattered {
         Scattered { direction: cosine_hemisphere(normal, stream.pair()), lobe: LobeKind::Spread }

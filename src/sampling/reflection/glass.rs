@@ -1,4 +1,4 @@
-//! A thin pane: light is mirrored or passes straight on.
+//! A thin pane: light is reflected as by a mirror, or passes straight through.
 
 use super::{LobeKind, Reflection, Scattered, mirrored};
 use crate::base::pane::glazed_shares;
@@ -12,12 +12,12 @@ pub struct Glass {
     pub refractive_index: f64,
     /// Transmittance of the glass itself at normal incidence, 0 to 1.
     pub internal_transmittance: f64,
-    /// Share of the area that is glass, 0 to 1; the rest, frames, is black.
+    /// Share of the area that is glass, 0 to 1. The rest, the frame, is black.
     pub glazed_share: f64,
 }
 
 impl Glass {
-    /// Reflectance and transmittance at an angle of this cosine.
+    /// Returns reflectance and transmittance at an angle with this cosine.
     pub fn shares(&self, cos_in: f64) -> [f64; 2] {
         glazed_shares(self.glazed_share, self.refractive_index, self.internal_transmittance, cos_in.abs())
     }

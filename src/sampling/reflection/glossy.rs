@@ -1,5 +1,5 @@
-//! A glossy BSDF but for its lobe: a diffuse part, a lobe over max(cos θ_i, cos θ_o), and what that loses, given back by [`Lossless`].
-//! The reflectance is ρ_d + ρ_s at every angle.
+//! A glossy BSDF for any lobe: a diffuse part, a lobe over max(cos θ_i, cos θ_o), and the lobe's losses, given back by [`Lossless`]. The
+//! reflectance is ρ_d + ρ_s at every angle.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -10,19 +10,19 @@ use super::{LobeKind, Pair, Reflection, Scattered};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::cosine_hemisphere;
 
-/// A lobe that reflects all light which arrives along the normal, but for what falls below the horizon: all that makes one glossy BSDF differ
-/// from another.
+/// A lobe that reflects all light that arrives along the normal, except for what falls below the horizon. It is the only difference between
+/// glossy BSDFs.
 pub trait Lobe {
-    /// Its width, about its standard deviation across and along in rad.
+    /// Returns its width in rad, about its standard deviation across and along.
     fn width(&self) -> f64;
 
-    /// Cosine and sine of the angle from the mirror direction beyond which exp(−y²) of its flux goes.
+    /// Returns cosine and sine of the angle from the mirror direction beyond which the share exp(−y²) of its flux goes.
     fn angle_at(&self, y: f64) -> [f64; 2];
 
-    /// A direction of it, of light that arrives along another, not thinned by cos θ_o/max(cos θ_i, cos θ_o) yet.
+    /// Draws a direction of the lobe for light that arrives along `direction`, without the rejection by cos θ_o/max(cos θ_i, cos θ_o).
     fn draw(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> DVec3;
 
-    /// Its BRDF per sr, with max(cos θ_i, cos θ_o) in the denominator; both directions are above the surface.
+    /// Returns its BRDF per sr, with max(cos θ_i, cos θ_o) in the denominator. Both directions are above the surface.
     fn per_sr(&self, pair: &Pair) -> f64;
 }
 
@@ -36,14 +36,14 @@ pub struct Glossy<L> {
 }
 
 impl<L: Lobe> Glossy<L> {
-    /// Tabulates what the lobe loses.
+    /// Makes the BSDF and tabulates the lobe's losses.
     pub fn new(diffuse_reflectance: f64, specular_reflectance: f64, lobe: L) -> Glossy<L> {
         let table = Lossless::new(lobe.width(), |y| lobe.angle_at(y));
         Glossy { diffuse_reflectance, specular_reflectance, lobe, table }
     }
 
-    /// Draws how light leaves by the lobe. It is drawn whole and thinned by cos θ_o/max(cos θ_i, cos θ_o): the share that remains is R(θ_i)
-    /// exactly. What falls out goes to the second term.
+    /// Draws how light leaves by the lobe. The lobe is drawn as a whole and rejected by cos θ_o/max(cos θ_i, cos θ_o). The share that
+    /// remains is exactly R(θ_i). Rejected draws go to the second term.
     fn draw_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Scattered {
         let leaving = self.lobe.draw(direction, normal, stream);
         let (cos_in, cos_out) = (-direction.dot(normal), leaving.dot(normal));
@@ -85,7 +85,7 @@ impl<L: Lobe> Reflection for Glossy<L> {
         if is_above { self.specular_reflectance * self.lobe.per_sr(pair) } else { 0.0 }
     }
 
-    /// The diffuse part, and what makes up for the light that the lobe loses.
+    /// The diffuse part plus the term that compensates the lobe's losses.
     fn spread_per_sr(&self, pair: &Pair) -> f64 {
         let (cos_in, cos_out) = (pair.cos_in(), pair.cos_out());
         if cos_in <= 0.0 || cos_out <= 0.0 {

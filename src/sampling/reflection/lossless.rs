@@ -1,9 +1,8 @@
-//! What a lobe loses, given back: what it would send below the horizon, and what the maximum in its denominator takes.
+//! Gives back a lobe's losses: the light that it would send below the horizon, and the light that the maximum in its denominator removes.
 //!
-//! A reciprocal lobe g / max(cos θ_i, cos θ_o) has a directional reflectance R(θ) that falls towards grazing incidence. A second,
-//! smooth term (1 − R(θ_i))(1 − R(θ_o))/(π(1 − R̄)) gives back exactly the missing 1 − R(θ_i) and is reciprocal too
-//! (after Kelemen and Szirmay-Kalos, 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance
-//! Sampling").
+//! A reciprocal lobe g / max(cos θ_i, cos θ_o) has a directional reflectance R(θ) that falls towards grazing incidence. A second, smooth
+//! term (1 − R(θ_i))(1 − R(θ_o))/(π(1 − R̄)) gives back exactly the missing 1 − R(θ_i). It is reciprocal too (after Kelemen and
+//! Szirmay-Kalos, 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling").
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -17,18 +16,18 @@ use crate::sampling::warp::{sin_cos_of_turns, tangents};
 const INTERVALS: usize = 256;
 /// Panels of the quadrature over the lobe, 8 points each.
 const PANELS: usize = 64;
-/// Beyond exp(−6.5²) = 4e-19 of its flux the lobe is nothing.
+/// End of the quadrature in y. Only exp(−6.5²) = 4e-19 of the lobe's flux lies beyond.
 const LOBE_END: f64 = 6.5;
 /// Cosine that stands for grazing incidence in the table.
 const GRAZING: f64 = 1e-9;
-/// Draws that thinning may take: within an interval of the table 1 − R varies by far less than a factor 2, so that
-/// 200 failures in a row have a probability below 1e-60.
+/// Largest number of draws of the rejection loop. Within an interval of the table 1 − R varies by far less than a factor 2, so 200 failures
+/// in a row have a probability below 1e-60.
 const MOST_DRAWS: u32 = 200;
 
-/// The table of what a lobe loses.
+/// The table of a lobe's losses.
 #[derive(Clone, Debug)]
 pub(super) struct Lossless {
-    /// Width of the lobe, about its standard deviation across and along in rad: the table resolves cosines down to it.
+    /// Width of the lobe in rad, about its standard deviation across and along. The table resolves cosines down to it.
     width: f64,
     /// 1/ln(1 + 1/width), which makes the table's abscissa run from 0 to 1.
     log_scale: f64,
@@ -39,8 +38,8 @@ pub(super) struct Lossless {
 }
 
 impl Lossless {
-    /// Tabulates what a lobe about the mirror direction loses, with nodes as close at grazing incidence as its width (rad) asks. `alpha_at` gives cosine and sine of the angle from
-    /// the mirror direction beyond which exp(−y²) of the lobe's flux goes.
+    /// Tabulates the losses of a lobe around the mirror direction. At grazing incidence the nodes are as close as its width (rad).
+    /// `alpha_at` returns cosine and sine of the angle from the mirror direction beyond which the share exp(−y²) of the lobe's flux goes.
     pub fn new(width: f64, alpha_at: impl Fn(f64) -> [f64; 2]) -> Lossless {
         let log_scale = 1.0 / (1.0 / width).ln_1p();
         let mut table = Lossless { width, log_scale, missing: Vec::new(), cumulated: vec![0.0] };
@@ -55,12 +54,12 @@ impl Lossless {
         table
     }
 
-    /// π times the second term, for the cosines of both directions.
+    /// Returns π times the second term for the cosines of both directions.
     pub fn rest(&self, cos_in: f64, cos_out: f64) -> f64 {
         self.missing_at(cos_in) * self.missing_at(cos_out) / self.cumulated[INTERVALS]
     }
 
-    /// A direction about the normal with density (1 − R(θ)) cos θ / (π(1 − R̄)).
+    /// Draws a direction around the normal with density (1 − R(θ)) cos θ / (π(1 − R̄)).
     pub fn draw_rest(&self, normal: DVec3, stream: &mut Stream) -> DVec3 {
         let aim = stream.fine_unit() * self.cumulated[INTERVALS];
         let interval = self.cumulated.partition_point(|sum| *sum <= aim).clamp(1, INTERVALS) - 1;
@@ -79,13 +78,13 @@ impl Lossless {
         t * (radius * cos) + b * (radius * sin) + normal * square.sqrt().max(GRAZING)
     }
 
-    /// The cosine at a place of the table, from 0 to [`INTERVALS`].
+    /// Returns the cosine at a position of the table, from 0 to [`INTERVALS`].
     fn cosine(&self, place: f64) -> f64 {
         let share = place / INTERVALS as f64;
         (self.width * (share / self.log_scale).exp_m1()).min(1.0)
     }
 
-    /// 1 − R at a cosine, between the nodes of the table.
+    /// Returns 1 − R at a cosine, interpolated between the nodes of the table.
     fn missing_at(&self, cos: f64) -> f64 {
         let place = (cos / self.width).ln_1p() * self.log_scale * INTERVALS as f64;
         let node = (place as usize).min(INTERVALS - 1);
@@ -94,9 +93,9 @@ impl Lossless {
     }
 }
 
-/// A direction about an axis with density (n + 1)/(2π) cosⁿα.
+/// Draws a direction around an axis with density (n + 1)/(2π) cosⁿα.
 pub(super) fn draw_power_of_cosine(exponent: f64, axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-    // ln cos α, then 1 − cos²α without the cancellation that narrow lobes would bring.
+    // Computes ln cos α, then 1 − cos²α without the cancellation of narrow lobes.
     let log_cos = (-u).ln_1p() / (exponent + 1.0);
     let sin_alpha = (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt();
     let (sin, cos) = sin_cos_of_turns(v);
@@ -104,17 +103,17 @@ pub(super) fn draw_power_of_cosine(exponent: f64, axis: DVec3, [u, v]: [f64; 2])
     t * (sin_alpha * cos) + b * (sin_alpha * sin) + axis * log_cos.exp()
 }
 
-/// Cosine and sine of the angle from the axis beyond which exp(−y²) of a flux with density (n + 1)/(2π) cosⁿα goes:
-/// u = cosⁿ⁺¹α = exp(−y²) carries it evenly.
+/// Returns cosine and sine of the angle from the axis beyond which the share exp(−y²) of a flux with density (n + 1)/(2π) cosⁿα goes. The
+/// flux is uniform in u = cosⁿ⁺¹α = exp(−y²).
 pub(super) fn power_of_cosine_angle(exponent: f64, y: f64) -> [f64; 2] {
     let log_cos = -y * y / (exponent + 1.0);
     [log_cos.exp(), (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt()]
 }
 
-/// 1 − R at a cosine: the azimuth about the mirror direction in closed form, α by quadrature.
+/// Returns 1 − R at a cosine. The azimuth around the mirror direction is integrated in closed form, α by quadrature.
 ///
-/// At an angle α the cosine over the circle is a + b cos φ with a = cos α cos θ and b = sin α sin θ; of what the lobe
-/// sends there, min(1, cos θ_o/cos θ_i)⁺ remains.
+/// At an angle α the cosine along the circle is a + b cos φ with a = cos α cos θ and b = sin α sin θ. Of the light that the lobe sends
+/// there, min(1, cos θ_o/cos θ_i)⁺ remains.
 fn missing_share(alpha_at: &impl Fn(f64) -> [f64; 2], cos: f64, rule: &GaussLegendre) -> f64 {
     let cos = cos.max(GRAZING);
     let sin = (1.0 - cos * cos).max(0.0).sqrt();

@@ -4,7 +4,7 @@ use super::{LobeKind, Reflection, Scattered, mirrored};
 use crate::sampling::random::Stream;
 use glam::DVec3;
 
-/// Reflects into the mirror direction alone, alike at every angle.
+/// Reflects only into the mirror direction, with the same reflectance at every angle.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror {
     /// Reflectance, 0 to 1.

@@ -1,12 +1,12 @@
 //! BSDFs: how a packet that arrives at a surface leaves it.
 //!
-//! Every BSDF has a file of its own and stands behind one trait, [`Reflection`]: `sample` draws whether and how a packet leaves,
-//! `pdf_per_sr` is the density of the directions that survivors get, `eval_per_sr` the BRDF (or its like for the other side), `total`
-//! the share that survives. Mirrors and panes send light into single directions: their `pdf` and `eval` are 0, since
-//! no connection finds them. The list of all BSDFs is in this file, once: the call of `bsdfs!`.
+//! Every BSDF has its own file and implements one trait, [`Reflection`]. `sample` draws whether and how a packet leaves. `pdf_per_sr` is
+//! the density of the directions of the survivors. `eval_per_sr` is the BRDF (or the BTDF for the other side). `total` is the share that
+//! survives. Mirrors and panes send light into single directions: their `pdf` and `eval` are 0, because no connection finds them. The list
+//! of all BSDFs is in this file, in one place: the call of `bsdfs!`.
 //!
-//! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor carries
-//! all of its flux on. (Walks carry weights from diffuse surfaces: see [`crate::chain::Roulette`].)
+//! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor keeps all of its flux. (Walks
+//! carry weights from diffuse surfaces: see [`crate::chain::Roulette`].)
 
 mod blinn;
 mod diffuse;
@@ -33,63 +33,62 @@ pub use translucent::Translucent;
 use super::random::Stream;
 use crate::scene::ReflectionLaw;
 
-/// What a BSDF can do.
+/// The functions of a BSDF.
 pub trait Reflection {
-    /// Draws whether a packet that travels along `direction` survives, and if so how it leaves the side with this unit
-    /// normal.
+    /// Draws whether a packet that travels along `direction` survives, and if so how it leaves the side with this unit normal.
     fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered>;
 
-    /// Share of the light that leaves again, on either side, if it arrives under an angle of this cosine.
+    /// Returns the share of the light that leaves again, on either side, if it arrives at an angle with this cosine.
     fn total(&self, cos_in: f64) -> f64;
 
-    /// Density per sr of the directions that [`Reflection::sample`] gives to survivors.
+    /// Returns the density per sr of the directions that [`Reflection::sample`] gives to survivors.
     fn pdf_per_sr(&self, _: &Pair) -> f64 {
         0.0
     }
 
-    /// Luminance that leaves for each lx that arrives, in cd/m² per lx (the BRDF, per sr; behind the surface the BTDF).
+    /// Returns the luminance that leaves per lx that arrives, in cd/m² per lx (the BRDF, per sr; behind the surface the BTDF).
     fn eval_per_sr(&self, pair: &Pair) -> f64 {
         self.lobe_per_sr(pair) + self.spread_per_sr(pair)
     }
 
-    /// Its part about a direction, which packets leave by [`LobeKind::Glossy`].
+    /// Returns the part of the BRDF around one direction. Packets leave by it with [`LobeKind::Glossy`].
     fn lobe_per_sr(&self, _: &Pair) -> f64 {
         0.0
     }
 
-    /// Its smooth part, which connections find well.
+    /// Returns the smooth part of the BRDF, which connections find well.
     fn spread_per_sr(&self, _: &Pair) -> f64 {
         0.0
     }
 
-    /// Reflectance of the part of a glossy BSDF that sends light alike to all sides; 0 of BSDFs without a lobe.
+    /// Returns the reflectance of the diffuse part of a glossy BSDF; 0 for BSDFs without a lobe.
     fn diffuse_part(&self) -> f64 {
         0.0
     }
 
-    /// Draws how a packet leaves by all the rest of a glossy BSDF, lobe and what makes up for its losses, which it does with a
-    /// probability of `total` less `diffuse_part`. `None` of BSDFs without a lobe.
+    /// Draws how a packet leaves by the rest of a glossy BSDF, the lobe and the term that compensates its losses. This rest has a
+    /// probability of `total` minus `diffuse_part`. `None` for BSDFs without a lobe.
     fn sample_gloss(&self, _direction: DVec3, _normal: DVec3, _: &mut Stream) -> Option<Scattered> {
         None
     }
 
-    /// Whether all light that leaves goes into single directions, so that no connection finds it.
+    /// Whether all light leaves in single directions, so that no connection finds it.
     fn is_specular(&self) -> bool {
         false
     }
 
-    /// Share of the light that is reflected as by a mirror, at an angle of this cosine.
+    /// Returns the share of the light that is reflected as by a mirror, at an angle with this cosine.
     fn mirror_share(&self, _cos_in: f64) -> f64 {
         0.0
     }
 
-    /// Whether it reflects as a mirror does, at least in part.
+    /// Whether it reflects as a mirror, at least in part.
     fn is_mirror(&self) -> bool {
         false
     }
 }
 
-/// Makes the list of BSDFs: for each what it does, its type here, and how that comes from the BSDF of a scene.
+/// Makes the list of BSDFs. For each it needs a description, its type here, and how that is made from the BSDF of a scene.
 macro_rules! bsdfs {
     ($($(#[$what:meta])* $bsdf:ident($ready:ty) from $given:pat => $made:expr;)*) => {
         /// A BSDF, ready for sampling.
@@ -99,7 +98,7 @@ macro_rules! bsdfs {
         }
 
         impl Bsdf {
-            /// Makes a BSDF ready; one with a lobe tabulates what that loses, some 20 ms.
+            /// Makes a BSDF ready for sampling. A BSDF with a lobe tabulates the lobe's losses, which takes about 20 ms.
             pub fn new(bsdf: &ReflectionLaw) -> Bsdf {
                 match *bsdf {
                     $($given => Bsdf::$bsdf($made),)*
@@ -107,7 +106,7 @@ macro_rules! bsdfs {
             }
         }
 
-        /// Calls the same method of whichever BSDF it is.
+        /// Calls one method of whichever BSDF it is.
         macro_rules! of_bsdf {
             ($any:expr, $one:ident => $call:expr) => {
                 match $any {
@@ -137,7 +136,7 @@ bsdfs! {
         Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance };
 }
 
-/// What [`Reflection`] says, of whichever BSDF it is.
+/// The methods of [`Reflection`] for whichever BSDF it is.
 #[expect(missing_docs, reason = "see the trait")]
 impl Bsdf {
     #[inline]
@@ -198,7 +197,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether it spreads light, so that a walk looks for luminaires there.
+    /// Whether it scatters light, so that a walk draws light samples there.
     pub fn scatters(&self) -> bool {
         !self.is_black() && !self.is_specular()
     }
@@ -209,7 +208,7 @@ impl Bsdf {
 pub struct Scattered {
     /// Unit direction.
     pub direction: DVec3,
-    /// By which way.
+    /// Its lobe.
     pub lobe: LobeKind,
 }
 
@@ -222,9 +221,9 @@ pub enum LobeKind {
     Glossy,
     /// Reflected as by a mirror.
     Mirrored,
-    /// Passed on to the other side, its direction kept.
+    /// Transmitted to the other side in the same direction.
     Passed,
-    /// Spread out on the other side.
+    /// Scattered on the other side.
     SpreadThrough,
 }
 
@@ -236,8 +235,8 @@ impl LobeKind {
     }
 }
 
-/// A pair of directions at a surface, both away from it: `towards` where light comes from, `leaving` where it goes;
-/// `normal` is that of the side of `towards`.
+/// A pair of directions at a surface, both away from it: `towards` where the light comes from, `leaving` where it goes. `normal` belongs to
+/// the side of `towards`.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// Unit normal.
@@ -249,26 +248,26 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Cosine on the lit side.
+    /// Returns the cosine on the lit side.
     #[inline]
     pub fn cos_in(&self) -> f64 {
         self.normal.dot(self.towards)
     }
 
-    /// Cosine of the leaving direction; negative on the other side.
+    /// Returns the cosine of the leaving direction; negative on the other side.
     #[inline]
     pub fn cos_out(&self) -> f64 {
         self.normal.dot(self.leaving)
     }
 
-    /// Cosine between the leaving direction and the mirror direction.
+    /// Returns the cosine between the leaving direction and the mirror direction.
     #[inline]
     pub fn cos_alpha(&self) -> f64 {
         mirrored(-self.towards, self.normal).dot(self.leaving)
     }
 }
 
-/// A direction reflected at a plane with a unit normal.
+/// Reflects a direction at a plane with a unit normal.
 #[inline]
 pub fn mirrored(direction: DVec3, normal: DVec3) -> DVec3 {
     direction - normal * (2.0 * direction.dot(normal))

@@ -1,6 +1,6 @@
-//! Phong's lobe about the mirror direction, made reciprocal and free of loss (docs/methods.md (13)).
+//! Phong's lobe around the mirror direction, made reciprocal and lossless (docs/methods.md (13)).
 //!
-//! The lobe (n + 1)/(2π) cosⁿα / max(cos θ_i, cos θ_o) is reciprocal; what it loses comes back by [`super::glossy::Glossy`].
+//! The lobe (n + 1)/(2π) cosⁿα / max(cos θ_i, cos θ_o) is reciprocal. [`super::glossy::Glossy`] gives its losses back.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use super::lossless::{draw_power_of_cosine, power_of_cosine_angle};
 use super::{Pair, mirrored};
 use crate::sampling::random::Stream;
 
-/// The lobe of an exponent of 0 or more.
+/// The lobe with an exponent of 0 or more.
 #[derive(Clone, Debug)]
 pub struct Phong {
     pub exponent: f64,

@@ -1,4 +1,4 @@
-//! The shared suite: every BSDF's draws against its BRDF, its BRDF against its total, and reciprocity.
+//! Tests of all BSDFs: draws against the BRDF, the BRDF against the total, and reciprocity.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,11 +9,11 @@ use super::{Blinn, Bsdf, Glossy, LobeKind, Pair, Phong, Reflection, mirrored};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReflectionLaw;
 
-/// Chance of refusing a right sampler in one test.
+/// Probability that one test rejects a correct sampler.
 const ALPHA: f64 = 1e-4;
 const DRAWS: u64 = 1_000_000;
 const SEED: u64 = 11;
-/// Bins over cos²θ (a cosine law fills them evenly) and the azimuth.
+/// Bins over cos²θ (which a Lambertian surface fills evenly) and the azimuth.
 const BINS: [usize; 2] = [8, 12];
 /// Midpoints along each side of a bin.
 const MIDPOINTS: usize = 48;
@@ -26,14 +26,14 @@ fn blinn(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> 
     ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent }
 }
 
-/// A direction away from the surface with the normal z, at an angle and an azimuth in degrees.
+/// Returns a direction away from the surface with the normal z, at an angle and an azimuth in degrees.
 fn at(theta_deg: f64, phi_deg: f64) -> DVec3 {
     let (sin, cos) = theta_deg.to_radians().sin_cos();
     let (sin_phi, cos_phi) = phi_deg.to_radians().sin_cos();
     DVec3::new(sin * cos_phi, sin * sin_phi, cos)
 }
 
-/// The direction of a place (cos²θ, turns) on the upper or the lower side.
+/// Returns the direction at (cos²θ, turns) on the upper or the lower side.
 fn placed(square: f64, turns: f64, upper: bool) -> DVec3 {
     let (sin, cos) = ((1.0 - square).sqrt(), square.sqrt());
     DVec3::new(sin * (TAU * turns).cos(), sin * (TAU * turns).sin(), if upper { cos } else { -cos })
@@ -59,7 +59,7 @@ fn masses(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     masses
 }
 
-/// Draws that ended in each bin; the last entry counts those that were absorbed.
+/// Counts the draws that ended in each bin. The last entry counts the absorbed draws.
 fn counts(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     let half = BINS[0] * BINS[1];
     let mut counts = vec![0.0; 2 * half + 1];
@@ -81,7 +81,7 @@ fn counts(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     counts
 }
 
-/// p-value of counts against masses (with what is absorbed as a last bin), bins pooled until 20 are expected.
+/// Returns the p-value of counts against masses, with absorption as a last bin. Bins are pooled until 20 draws are expected.
 fn chi_square_p(counts: &[f64], masses: &[f64]) -> f64 {
     let absorbed = (1.0 - masses.iter().sum::<f64>()).max(0.0);
     let (mut pooled, mut pool) = (Vec::new(), (0.0, 0.0));
@@ -151,8 +151,8 @@ fn densities_integrate_to_one() {
     }
 }
 
-/// ∫ f cos θ_o dω of a BSDF with a lobe: the lobe over u = cosⁿ⁺¹α and the azimuth about an axis, the rest over the cosine.
-/// `leaving_of` gives the direction that light leaves in, and the ratio of solid angles there and about the axis.
+/// Returns ∫ f cos θ_o dω of a BSDF with a lobe. The lobe is integrated over u = cosⁿ⁺¹α and the azimuth around an axis, the rest over the
+/// cosine. `leaving_of` returns the direction in which light leaves, and the ratio of solid angles there and around the axis.
 fn directional_reflectance(
     bsdf: &impl Reflection,
     exponent: f64,
@@ -204,7 +204,7 @@ fn gloss_loses_nothing_at_any_angle_and_exponent() {
             assert!((reflectance - 0.95).abs() < 1e-3, "Blinn, n = {exponent}, {theta_deg} degrees: {reflectance}");
         }
     }
-    // Without the second term the lobe of n = 60 loses: the fault that this test must see.
+    // Without the second term the lobe with n = 60 loses light. The test must see this fault.
     let plain = Glossy::new(0.0, 0.8, Phong { exponent: 60.0 });
     let pair = |leaving| Pair { normal: DVec3::Z, towards: at(80.0, 0.0), leaving };
     assert!(plain.spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
@@ -232,7 +232,7 @@ fn exchanging_the_directions_changes_nothing() {
         ] {
             let there = bsdf.eval_per_sr(&Pair { normal: DVec3::Z, towards: one, leaving: other });
             let back = bsdf.eval_per_sr(&Pair { normal: DVec3::Z, towards: other, leaving: one });
-            // The mirror direction is rounded differently both ways: n times 1e-15.
+            // The mirror direction is rounded differently in the two orders: n times 1e-15.
             assert!((there - back).abs() <= 1e-9 * there, "{bsdf:?}: {there} {back}");
         }
     }

@@ -12,7 +12,7 @@ use glam::DVec3;
 pub struct Translucent {
     /// Share that is reflected, 0 to 1.
     pub reflectance: f64,
-    /// Share that is let through, 0 to 1.
+    /// Share that is transmitted, 0 to 1.
     pub transmittance: f64,
 }
 

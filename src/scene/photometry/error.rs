@@ -1,38 +1,38 @@
-//! Why a photometric file can't be used.
+//! Errors of photometric files.
 
 use std::path::{Path, PathBuf};
 
-/// Why a photometric file was refused: where, what stood there, what was expected, and what helps.
+/// Why a photometric file was refused: position, content, expectation and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PhotometricError {
-    /// The file could not be read at all.
+    /// The file cannot be read at all.
     #[error("{}: {reason}; {remedy}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the operating system says, or which limit it breaks.
+        /// Reason from the operating system, or the limit that the file exceeds.
         reason: String,
-        /// What helps.
+        /// Remedy.
         remedy: String,
     },
-    /// The file was read and breaks its format.
+    /// The file violates its format.
     #[error("{}line {line}: found {got}, expected {expected}; {remedy}", place(path))]
     Malformed {
-        /// The file, where the text came from one.
+        /// The file, if the text came from one.
         path: Option<PathBuf>,
         /// Line, from 1.
         line: usize,
-        /// The token that stands there, or the end of the file.
+        /// The token in the file, or the end of the file.
         got: String,
-        /// What should stand there.
+        /// What is expected instead.
         expected: String,
-        /// What helps.
+        /// Remedy.
         remedy: String,
     },
 }
 
 impl PhotometricError {
-    /// A malformed text at a line; `got` is shortened, so that a binary file does not flood the terminal.
+    /// Makes an error for a malformed line. `got` is shortened, so that a binary file does not flood the terminal.
     pub(super) fn malformed(line: usize, got: &str, expected: impl Into<String>, remedy: impl Into<String>) -> Self {
         const SHOWN_CHARACTERS: usize = 40;
         let short: String = got.chars().take(SHOWN_CHARACTERS).map(|c| if c.is_control() { '�' } else { c }).collect();
@@ -41,7 +41,7 @@ impl PhotometricError {
         PhotometricError::Malformed { path: None, line, got, expected: expected.into(), remedy: remedy.into() }
     }
 
-    /// A text that ends too early.
+    /// Makes an error for a text that ends too early.
     pub(super) fn ended(line: usize, expected: impl Into<String>) -> Self {
         PhotometricError::Malformed {
             path: None,

@@ -1,4 +1,4 @@
-//! EULUMDAT: one value a line, intensities in cd per 1000 lm of lamps.
+//! EULUMDAT: one value per line, intensities in cd per 1000 lm of lamps.
 
 use super::file::{FLUX_TOLERANCE, LARGEST_OPENING_M};
 use super::planes::unfold;
@@ -8,11 +8,11 @@ use super::{
     PhotometricType,
 };
 
-/// Lines before the sets of lamps; the last of them says how many sets there are.
+/// Number of lines before the sets of lamps. The last of them gives the number of sets.
 const HEADER_LINES: usize = 26;
-/// Lines of one set of lamps.
+/// Number of lines of one set of lamps.
 const LINES_PER_SET: usize = 6;
-/// Direct ratios between the sets of lamps and the angles.
+/// Number of direct ratios between the sets of lamps and the angles.
 const DIRECT_RATIOS: usize = 10;
 /// Metres in a millimetre.
 const MILLIMETRE_M: f64 = 1e-3;
@@ -20,7 +20,7 @@ const MILLIMETRE_M: f64 = 1e-3;
 /// Parses an EULUMDAT file.
 ///
 /// # Errors
-/// Whatever breaks the format, with line, token, expectation and remedy. Never panics.
+/// Any violation of the format, with line, token, expectation and remedy. Never panics.
 pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError> {
     let lines = lines_of(&decode(bytes));
     let fields = HeaderLines { lines: &lines };
@@ -55,7 +55,7 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     }
     let lamp_flux_lm = set.flux_lm.unwrap_or(0.0);
 
-    // From here on numbers only: direct ratios, C angles, γ angles, intensities.
+    // From here on the file has only numbers: direct ratios, C angles, γ angles, intensities.
     let stored = stored_planes(symmetry, plane_count, &fields)?;
     let mut tokens = Tokens::new(&lines[after_sets..], after_sets + 1, Comma::Decimal);
     let promised = stored.checked_mul(angle_count).and_then(|cells| cells.checked_add(plane_count));
@@ -121,7 +121,7 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     })
 }
 
-/// The header's lines, by their number in the standard.
+/// The lines of the header, by their number in the standard.
 struct HeaderLines<'a> {
     lines: &'a [String],
 }
@@ -142,7 +142,7 @@ impl HeaderLines<'_> {
         })
     }
 
-    /// A number that nothing depends on: an empty line is 0.
+    /// Reads a number that no result depends on. An empty line is 0.
     fn optional(&self, line: usize, what: &str, holds: impl Fn(f64) -> bool) -> Result<f64, PhotometricError> {
         if line <= self.lines.len() && self.text(line).is_empty() {
             return Ok(0.0);
@@ -150,7 +150,7 @@ impl HeaderLines<'_> {
         self.number(line, what, holds)
     }
 
-    /// A whole number, no greater than the file has lines: nothing may be allocated for an absurd one.
+    /// Reads a whole number, at most the number of lines of the file. An absurd number therefore allocates nothing.
     fn count(&self, line: usize, what: &str, least: usize) -> Result<usize, PhotometricError> {
         let most = self.lines.len();
         let expected = format!("{what}: a whole number from {least} to the number of lines");
@@ -172,7 +172,7 @@ fn symmetry(fields: &HeaderLines) -> Result<LateralSymmetry, PhotometricError> {
     Ok(kinds[code as usize])
 }
 
-/// How many of the Mc planes have their intensities in the file.
+/// Number of the Mc planes with intensities in the file.
 fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &HeaderLines) -> Result<usize, PhotometricError> {
     let (divisor, stored) = match symmetry {
         LateralSymmetry::None => (1, planes),
@@ -187,7 +187,8 @@ fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &HeaderLines)
     Err(PhotometricError::malformed(4, fields.text(4), expected, "correct Isym or Mc"))
 }
 
-/// The C angles of the stored planes: all Mc are listed, of which Isym 3 stores C270 … C0 … C90 and the others begin at C0.
+/// The C angles of the stored planes. The file lists all Mc angles. With Isym 3 it stores C270 … C0 … C90; otherwise the stored planes
+/// begin at C0.
 fn plane_angles(c_deg: &[f64], symmetry: LateralSymmetry, stored: usize) -> Result<Vec<f64>, PhotometricError> {
     let start = match symmetry {
         LateralSymmetry::AboutC90 => c_deg.iter().position(|&c| c == 270.0 || c == -90.0),
@@ -211,7 +212,7 @@ fn plane_angles(c_deg: &[f64], symmetry: LateralSymmetry, stored: usize) -> Resu
     })
 }
 
-/// A set of lamps and whether it is absolute photometry, which a negative number of lamps says.
+/// Reads a set of lamps, and whether the photometry is absolute. A negative number of lamps means absolute.
 fn lamp_set(fields: &HeaderLines, line: usize) -> Result<(LampSet, bool), PhotometricError> {
     let lamps = fields.number(line, "the number of lamps (negative for absolute photometry)", |_| true)?;
     let flux = fields.number(line + 2, "the total luminous flux of the lamps in lm, 0 or more", |lm| lm >= 0.0)?;
@@ -232,7 +233,7 @@ fn describe(set: &LampSet) -> String {
     format!("{} × {}{flux}", set.lamps, if set.description.is_empty() { "lamp" } else { &set.description })
 }
 
-/// What the header claims about the flux.
+/// Statements of the header about the flux.
 struct Header {
     lamp_flux_lm: f64,
     output_ratio_percent: f64,
@@ -241,7 +242,7 @@ struct Header {
 }
 
 impl Header {
-    /// Warns where header and integral disagree; the intensities count in any case.
+    /// Warns if header and integral disagree. The intensities count in any case.
     fn compare(&self, web: &IntensityWeb, flux_lm: f64, warnings: &mut Vec<String>) {
         if flux_lm == 0.0 {
             warnings.push("all intensities or the lamps' flux are 0: the luminaire is dark".to_string());

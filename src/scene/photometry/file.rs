@@ -1,19 +1,19 @@
-//! What a photometric file says, whatever its format.
+//! The content of a photometric file, in one form for all formats.
 
 use super::{IntensityWeb, PhotometricType};
 
-/// Excess of the integrated over the declared flux, as a fraction, from which a warning is given: the trapezoidal
-/// integral of a coarse table is off by tenths of a percent.
+/// Excess of the integrated over the declared flux, as a fraction, above which a warning is given. The trapezoidal integral of a coarse
+/// table is wrong by tenths of a percent.
 pub(super) const FLUX_TOLERANCE: f64 = 0.01;
 
-/// A photometric file, read: the intensities as they apply, and what the header says about them.
+/// The content of a photometric file: the final intensities, and the data of its header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhotometricFile {
-    /// Intensities in cd, with every factor of the file in them; initial and undimmed.
+    /// Intensities in cd, including every factor of the file; initial and undimmed.
     pub web: IntensityWeb,
     /// Format and edition.
     pub format: PhotometricFormat,
-    /// Who made the luminaire; may be empty.
+    /// Manufacturer; may be empty.
     pub manufacturer: String,
     /// Description or name of the luminaire; may be empty.
     pub luminaire: String,
@@ -21,42 +21,42 @@ pub struct PhotometricFile {
     pub catalog_number: String,
     /// Description of the lamps; may be empty.
     pub lamp: String,
-    /// Labels in the order of the file: IES keywords without brackets (`[MORE]` joined to what it continues, free lines
-    /// under an empty keyword), EULUMDAT's text fields under their names.
+    /// Labels in the order of the file. For IES: keywords without brackets, with `[MORE]` joined to the text that it continues, and free
+    /// lines under an empty keyword. For EULUMDAT: its text fields under their names.
     pub keywords: Vec<(String, String)>,
-    /// Number of lamps, as the header gives it without sign.
+    /// Number of lamps in the header, without sign.
     pub lamps: f64,
     /// Rated flux of one lamp in lm; `None` in absolute photometry.
     pub lumens_per_lamp: Option<f64>,
-    /// Every standard set of lamps of an EULUMDAT file; the one of an IES file. The first is in force.
+    /// All standard sets of lamps of an EULUMDAT file, or the one set of an IES file. The first set applies.
     pub lamp_sets: Vec<LampSet>,
-    /// Flux in lm that the header declares: of all lamps in relative, of the luminaire in absolute photometry.
-    /// `None` for IES' absolute files, which declare none.
+    /// Flux in lm that the header declares: of all lamps in relative photometry, of the luminaire in absolute photometry. `None` for
+    /// absolute IES files, which declare none.
     pub declared_flux_lm: Option<f64>,
-    /// Intensities were measured as they are, not against the lamps' flux.
+    /// Whether the intensities are absolute, not relative to the lamps' flux.
     pub absolute: bool,
-    /// Electric power in W, ballast included, where the file gives one above 0.
+    /// Electric power in W, ballast included, if the file gives a value above 0.
     pub power_w: Option<f64>,
     /// The luminous opening.
     pub opening: Opening,
-    /// How many planes the file stores and how the others follow.
+    /// Which planes the file stores, and how the others follow.
     pub symmetry: LateralSymmetry,
     /// The goniometer of the file.
     pub photometric_type: PhotometricType,
-    /// Integrated flux over the lamps' flux, in relative photometry.
+    /// Ratio of the integrated flux to the lamps' flux, in relative photometry.
     pub light_output_ratio: Option<f64>,
-    /// IES LM-63-2019's code of how the data came about.
+    /// Code of IES LM-63-2019 for the origin of the data.
     pub file_generation_type: Option<f64>,
-    /// What the reader thinks its user should know.
+    /// Warnings of the reader for the user.
     pub warnings: Vec<String>,
 }
 
-/// One of the lampings that a file offers.
+/// One of the sets of lamps that a file lists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LampSet {
-    /// Lamps in the set, without sign.
+    /// Number of lamps in the set, without sign.
     pub lamps: f64,
-    /// Flux in lm of all lamps of the set together (of the luminaire in absolute photometry); `None` where undeclared.
+    /// Flux in lm of all lamps of the set together (of the luminaire in absolute photometry); `None` if not declared.
     pub flux_lm: Option<f64>,
     /// Type of lamp.
     pub description: String,
@@ -64,7 +64,7 @@ pub struct LampSet {
     pub colour: String,
     /// Colour rendering, as written.
     pub colour_rendering: String,
-    /// Power in W, ballast included, where given.
+    /// Power in W, ballast included, if given.
     pub power_w: Option<f64>,
 }
 
@@ -88,7 +88,7 @@ pub enum PhotometricFormat {
 /// Which planes a file stores; the others are their mirror images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LateralSymmetry {
-    /// One plane serves all.
+    /// One plane holds for all angles C.
     Rotational,
     /// Quarter: mirrored at C0–C180 and at C90–C270.
     Quadrant,
@@ -96,11 +96,11 @@ pub enum LateralSymmetry {
     AboutC0,
     /// Mirrored at the plane C90–C270.
     AboutC90,
-    /// All planes stored.
+    /// All planes are stored.
     None,
 }
 
-/// Extents of a luminous opening in m, at most: longer than any luminaire that is measured as one.
+/// Largest extent of a luminous opening in m: longer than any luminaire that is measured as one.
 pub(super) const LARGEST_OPENING_M: f64 = 100.0;
 
 /// The luminous opening, in m; `c0` is the extent along C0–C180, `c90` along C90–C270.
@@ -129,7 +129,7 @@ pub enum Opening {
         /// Diameter.
         diameter_m: f64,
     },
-    /// A flat ellipse, or an elliptic cylinder about the axis where the height is not 0.
+    /// A flat ellipse, or an elliptic cylinder about the axis if the height is not 0.
     Ellipse {
         /// Extent along C0–C180.
         c0_m: f64,
@@ -147,7 +147,7 @@ pub enum Opening {
     },
     /// A lying cylinder.
     HorizontalCylinder {
-        /// Lies along C0–C180; else along C90–C270.
+        /// Whether it lies along C0–C180; otherwise along C90–C270.
         along_c0: bool,
         /// Extent along its axis.
         length_m: f64,
@@ -203,7 +203,7 @@ impl Opening {
 }
 
 impl PhotometricFile {
-    /// Luminous flux in lm that the intensities integrate to (exact for the bilinear interpolant).
+    /// Luminous flux in lm: the integral of the intensities (exact for the bilinear interpolant).
     pub fn luminous_flux_lm(&self) -> f64 {
         self.web.luminous_flux_lm()
     }

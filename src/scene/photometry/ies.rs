@@ -1,4 +1,4 @@
-//! IES LM-63: labels, the TILT line, and what the numbers after it mean.
+//! IES LM-63: labels, the TILT line, and the meaning of the numbers after it.
 
 use std::path::Path;
 
@@ -13,10 +13,10 @@ use super::{
 
 /// Parses an IES LM-63 file of any edition (1986, 1991, 1995, 2002, 2019).
 ///
-/// `folder` is where a tilt file named in the text lies; without it such a file is not read, and a warning says so.
+/// `folder` contains the tilt file that the text may name. Without `folder` no tilt file is read, and a warning says so.
 ///
 /// # Errors
-/// Whatever breaks the format, with line, token, expectation and remedy. Never panics.
+/// Any violation of the format, with line, token, expectation and remedy. Never panics.
 pub fn parse_ies(bytes: &[u8], folder: Option<&Path>) -> Result<PhotometricFile, PhotometricError> {
     let lines = lines_of(&decode(bytes));
     let mut warnings = Vec::new();
@@ -27,7 +27,7 @@ pub fn parse_ies(bytes: &[u8], folder: Option<&Path>) -> Result<PhotometricFile,
     let (format, label_start) = edition(&lines[..tilt_index], &mut warnings);
     let keywords = labels(&lines[label_start..tilt_index]);
 
-    // After the TILT line everything is one stream of numbers, wherever the lines break.
+    // After the TILT line the file is one stream of numbers; line breaks have no meaning.
     let tilt_value = lines[tilt_index].split_once('=').map(|(_, value)| value.trim()).unwrap_or_default();
     let included = tilt_value.eq_ignore_ascii_case("INCLUDE");
     let Tokenized { mut body, comma, leftover } = read_body(&lines[tilt_index + 1..], tilt_index + 2, included)?;
@@ -41,7 +41,8 @@ pub fn parse_ies(bytes: &[u8], folder: Option<&Path>) -> Result<PhotometricFile,
         body.tilt = tilt_file(tilt_value, folder, tilt_index + 1, &mut warnings)?;
     }
 
-    // cd = value × multiplier × ballast factor × ballast-lamp factor (which only the two oldest editions have) × tilt factor.
+    // cd = value × multiplier × ballast factor × ballast-lamp factor × tilt factor. Only the two oldest editions have the ballast-lamp
+    // factor.
     let old = matches!(format, PhotometricFormat::Ies1986 | PhotometricFormat::Ies1991);
     let lamp_factor = if old { body.third_factor } else { 1.0 };
     if old && lamp_factor <= 0.0 {
@@ -108,7 +109,7 @@ pub fn parse_ies(bytes: &[u8], folder: Option<&Path>) -> Result<PhotometricFile,
     })
 }
 
-/// The line that ends the labels: `TILT=…`, in any case and with any spaces.
+/// Index of the line that ends the labels: `TILT=…`, in any case and with any spaces.
 pub(super) fn tilt_line(lines: &[String]) -> Option<usize> {
     lines.iter().position(|line| {
         let before = line.split_once('=').map(|(before, _)| before.trim());
@@ -120,7 +121,7 @@ fn last_words(lines: &[String]) -> &str {
     lines.iter().rev().map(|line| line.trim()).find(|line| !line.is_empty()).unwrap_or_default()
 }
 
-/// Edition by the first line, and where the labels begin; a file without an identification line is of 1986.
+/// Returns the edition from the first line, and the line where the labels begin. A file without an identification line is of 1986.
 fn edition(labels: &[String], warnings: &mut Vec<String>) -> (PhotometricFormat, usize) {
     let Some(index) = labels.iter().position(|line| !line.trim().is_empty()) else {
         return (PhotometricFormat::Ies1986, labels.len());
@@ -145,7 +146,7 @@ fn edition(labels: &[String], warnings: &mut Vec<String>) -> (PhotometricFormat,
     (PhotometricFormat::Ies1986, index)
 }
 
-/// Keywords with their values; `[MORE]` continues the one before, a line without a keyword stands for itself.
+/// Returns keywords with their values. `[MORE]` continues the previous value. A line without a keyword is an entry of its own.
 fn labels(lines: &[String]) -> Vec<(String, String)> {
     let mut found: Vec<(String, String)> = Vec::new();
     for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
@@ -162,7 +163,7 @@ fn labels(lines: &[String]) -> Vec<(String, String)> {
     found
 }
 
-/// Tilt factors from the file that the TILT line names.
+/// Reads tilt factors from the file that the TILT line names.
 fn tilt_file(
     name: &str,
     folder: Option<&Path>,
@@ -190,7 +191,7 @@ fn tilt_file(
     read_tilt(&mut tokens).map(Some).map_err(|error| error.in_file(&path))
 }
 
-/// The table in the angles of its goniometer, the whole way round for type C.
+/// Makes the table in the angles of its goniometer. For type C the planes go all the way round.
 fn web_of(
     body: &IesNumbers,
     candela: Vec<f64>,
@@ -219,7 +220,7 @@ fn web_of(
             }
             (turn.c_deg, vertical.clone(), turn.intensity, symmetry)
         }
-        // Horizontal angles of types A and B run clockwise; a list that starts at 0 stands for both sides.
+        // Horizontal angles of types A and B run clockwise. A list that starts at 0 holds for both sides.
         PhotometricType::A | PhotometricType::B => {
             let mirrored = first == 0.0;
             let symmetry = if mirrored { LateralSymmetry::AboutC0 } else { LateralSymmetry::None };
@@ -259,7 +260,7 @@ fn web_of(
     Ok((web, symmetry))
 }
 
-/// What the first and last horizontal angle of a type C file say about the planes that are not there.
+/// The symmetry that the first and last horizontal angle of a type C file imply for the missing planes.
 fn lateral_symmetry(first: f64, last: f64, count: usize, line: usize) -> Result<LateralSymmetry, PhotometricError> {
     if count == 1 {
         return Ok(LateralSymmetry::Rotational);
@@ -277,7 +278,7 @@ fn lateral_symmetry(first: f64, last: f64, count: usize, line: usize) -> Result<
     }
 }
 
-/// Warns where header and integral disagree; the intensities count in any case.
+/// Warns if header and integral disagree. The intensities count in any case.
 fn check_flux(body: &IesNumbers, flux_lm: f64, warnings: &mut Vec<String>) {
     if flux_lm == 0.0 {
         warnings.push("all intensities are 0: the luminaire is dark".to_string());
@@ -298,7 +299,7 @@ fn check_flux(body: &IesNumbers, flux_lm: f64, warnings: &mut Vec<String>) {
     }
 }
 
-/// The luminous opening by the signs of its dimensions, which the editions from 2002 on read in their own way.
+/// The luminous opening, from the signs of its dimensions. The editions from 2002 on have their own meaning of the signs.
 fn opening(format: PhotometricFormat, body: &IesNumbers, warnings: &mut Vec<String>) -> Opening {
     let unit_m = if body.feet { FOOT_M } else { 1.0 };
     let [width, length, height] = body.dimensions.map(|size| size * unit_m);

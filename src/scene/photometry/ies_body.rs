@@ -1,4 +1,4 @@
-//! The numbers of an IES file, in their order.
+//! The numbers of an IES file, in the order of the file.
 
 use super::file::LARGEST_OPENING_M;
 use super::text::{Comma, Tokens};
@@ -7,7 +7,7 @@ use super::{PhotometricError, PhotometricType};
 /// Metres in a foot.
 pub(super) const FOOT_M: f64 = 0.3048;
 
-/// The numbers after the TILT line as they stand in the file.
+/// The numbers after the TILT line as in the file.
 pub(super) struct IesNumbers {
     pub tilt: Option<Tilt>,
     pub lamps: f64,
@@ -26,11 +26,11 @@ pub(super) struct IesNumbers {
     pub vertical_deg: Vec<f64>,
     pub horizontal_deg: Vec<f64>,
     pub horizontal_line: usize,
-    /// `values[horizontal * vertical_deg.len() + vertical]`, no factor in them.
+    /// `values[horizontal * vertical_deg.len() + vertical]`, without any factor.
     pub values: Vec<f64>,
 }
 
-/// How a lamp's output depends on its tilt.
+/// Dependence of a lamp's output on its tilt.
 pub(super) struct Tilt {
     angles_deg: Vec<f64>,
     factors: Vec<f64>,
@@ -49,17 +49,17 @@ impl Tilt {
     }
 }
 
-/// A body with how its commas were read and how many tokens follow it.
+/// The numbers of a file, how its commas were read, and the number of tokens that follow.
 pub(super) struct Tokenized {
     pub body: IesNumbers,
     pub comma: Comma,
     pub leftover: usize,
 }
 
-/// Reads the numbers, with commas as the delimiters that the standard makes them.
+/// Reads the numbers, with commas as delimiters, as the standard defines them.
 ///
-/// Only where that does not come out even, no point stands anywhere and every comma has a digit on both sides,
-/// commas are decimal, if that comes out even.
+/// Commas are decimal only under these conditions: the numbers do not fit with commas as delimiters, no number has a point, every comma
+/// has a digit on both sides, and the numbers fit with decimal commas.
 pub(super) fn read_body(lines: &[String], first_line: usize, tilt: bool) -> Result<Tokenized, PhotometricError> {
     let read = |comma: Comma| {
         let mut tokens = Tokens::new(lines, first_line, comma);
@@ -77,7 +77,7 @@ pub(super) fn read_body(lines: &[String], first_line: usize, tilt: bool) -> Resu
     }
 }
 
-/// No point among the numbers, and commas only between digits.
+/// Whether no number has a point and every comma lies between digits.
 fn commas_may_be_decimal(lines: &[String]) -> bool {
     let between_digits = |line: &String| {
         let bytes = line.as_bytes();
@@ -89,7 +89,7 @@ fn commas_may_be_decimal(lines: &[String]) -> bool {
     any(',') && !any('.') && lines.iter().all(between_digits)
 }
 
-/// Lamp geometry, angles and factors.
+/// Reads lamp geometry, angles and factors.
 pub(super) fn read_tilt(tokens: &mut Tokens) -> Result<Tilt, PhotometricError> {
     let geometry = "a lamp-to-luminaire geometry: 1 (lamp vertical), 2 or 3 (lamp horizontal)";
     tokens.checked(geometry, "write 1 where it is not known", |value| [1.0, 2.0, 3.0].contains(&value))?;
@@ -129,7 +129,7 @@ fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<IesNumbers, Photomet
     let third_factor = tokens.number("the ballast-lamp factor (1 where unused)")?;
     let watts = tokens.checked("input watts of 0 or more", "write 0 if they are not known", not_negative)?;
 
-    // The table's size is compared with what the file still holds before anything of that size exists.
+    // The size of the table is compared with the rest of the file before memory of that size is allocated.
     let promised = verticals.checked_mul(horizontals).and_then(|cells| cells.checked_add(verticals + horizontals));
     if promised.is_none_or(|promised| promised > tokens.left()) {
         let expected = format!(

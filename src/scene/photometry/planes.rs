@@ -1,21 +1,22 @@
-//! From the planes that a file stores to planes all the way round.
+//! Completes the stored planes of a file to a full turn.
 
 use super::LateralSymmetry;
 
-/// Angles in degrees closer than this name the same plane: files carry at most a few decimals.
+/// Largest difference in degrees between angles of the same plane. Files have at most a few decimals.
 const SAME_PLANE_DEG: f64 = 1e-6;
 
-/// Planes from C = 0° to 360° with their intensities, and what the reader should know.
+/// Planes from C = 0° to 360° with their intensities, and their inconsistency.
 pub(super) struct FullTurn {
     pub c_deg: Vec<f64>,
     pub intensity: Vec<f64>,
-    /// Largest relative difference between values that a file gives twice for the same direction.
+    /// Largest relative difference between two values of a file for the same direction.
     pub disagreement: f64,
 }
 
-/// Mirrors the stored planes as the symmetry asks and closes the turn.
+/// Mirrors the stored planes by the symmetry and closes the turn.
 ///
-/// `stored` holds the angles of the planes in degrees (any turn), `values` their intensities plane by plane, `row` values each.
+/// `stored_c_deg` holds the angles of the planes in degrees (any turn). `values` holds their intensities plane by plane, `row` values
+/// each.
 pub(super) fn unfold(stored_c_deg: &[f64], values: &[f64], row: usize, symmetry: LateralSymmetry) -> FullTurn {
     let plane = |index: usize| &values[index * row..][..row];
     if symmetry == LateralSymmetry::Rotational {
@@ -23,7 +24,7 @@ pub(super) fn unfold(stored_c_deg: &[f64], values: &[f64], row: usize, symmetry:
         return FullTurn { c_deg: vec![0.0, 360.0], intensity, disagreement: 0.0 };
     }
 
-    // Every stored plane stands for itself and its mirror images; the stored ones come first, so that they win.
+    // Every stored plane gives itself and its mirror images. The stored planes come first, so they take precedence.
     let images = |c: f64| match symmetry {
         LateralSymmetry::None | LateralSymmetry::Rotational => vec![c],
         LateralSymmetry::AboutC0 => vec![c, -c],
@@ -39,7 +40,7 @@ pub(super) fn unfold(stored_c_deg: &[f64], values: &[f64], row: usize, symmetry:
     }
     turn.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 
-    // Of planes that coincide the first one stored is kept.
+    // Of coincident planes the one stored first is kept.
     let mut disagreement: f64 = 0.0;
     let scale = values.iter().copied().fold(0.0, f64::max);
     let mut kept: Vec<(f64, usize)> = Vec::with_capacity(turn.len() + 1);
@@ -53,7 +54,7 @@ pub(super) fn unfold(stored_c_deg: &[f64], values: &[f64], row: usize, symmetry:
         }
     }
 
-    // A turn that does not start at 0 starts between its last and its first plane.
+    // A turn that does not start at 0 is closed by interpolation between its last and first plane.
     let (first, last) = (kept[0], kept[kept.len() - 1]);
     let mut c_deg: Vec<f64> = kept.iter().map(|&(c, _)| c).collect();
     let mut intensity: Vec<f64> = kept.iter().flat_map(|&(_, index)| plane(index).iter().copied()).collect();

@@ -6,10 +6,10 @@ use super::ies::tilt_line;
 use super::text::{decode, lines_of, read_bytes};
 use super::{PhotometricError, PhotometricFile, parse_eulumdat, parse_ies};
 
-/// Reads an IES LM-63 or EULUMDAT file: the former by its extension `.ies` or its TILT line, the latter otherwise.
+/// Reads an IES LM-63 or EULUMDAT file. IES is recognized by its extension `.ies` or its TILT line; all other files are EULUMDAT.
 ///
 /// # Errors
-/// A file that can't be read or is larger than 64 MiB, and a malformed one, with line, token, expectation and remedy.
+/// A file that cannot be read or is larger than 64 MiB, and a malformed file, with line, token, expectation and remedy.
 pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, PhotometricError> {
     let bytes = read_bytes(path)?;
     if let Some(kind) = other_kind(&bytes) {
@@ -30,7 +30,7 @@ pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, Photometric
     read.map_err(|error| error.in_file(path))
 }
 
-/// What a file is that begins like one of another well-known kind.
+/// Returns the kind of a file that begins like a file of another well-known kind.
 fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     const KINDS: [(&[u8], &str); 7] = [
         (b"\x89PNG", "a PNG picture"),
@@ -44,7 +44,7 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     KINDS.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
 }
 
-/// Only IES files have one.
+/// Whether a file has a TILT line. Only IES files have one.
 fn has_tilt_line(bytes: &[u8]) -> bool {
     tilt_line(&lines_of(&decode(bytes))).is_some()
 }

@@ -1,4 +1,4 @@
-//! From bytes to lines and numbers, whatever the machine that wrote them.
+//! Converts bytes to lines and numbers, for files of any system.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use super::super::plain_file::read_plain_file;
 use super::PhotometricError;
 
-/// Largest file that is read without a word, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
+/// Largest file in bytes that is read without `--allow-large`. A quarter-degree table of the whole sphere takes some 10 MB of text.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
-/// Bytes of a regular file of a sensible size.
+/// Reads the bytes of a regular file within the size limit.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
     let unreadable = |reason: String, remedy: &str| PhotometricError::Unreadable {
         path: path.to_path_buf(),
@@ -29,7 +29,7 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
     })
 }
 
-/// Text of a file: UTF-8, UTF-16 with a byte order mark, or else Latin-1, without the mark.
+/// Decodes the text of a file: UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1. The mark is removed.
 pub(super) fn decode(bytes: &[u8]) -> String {
     let utf16 = |bytes: &[u8], word: fn([u8; 2]) -> u16| {
         let words: Vec<u16> = bytes.chunks_exact(2).map(|pair| word([pair[0], pair[1]])).collect();
@@ -46,7 +46,7 @@ pub(super) fn decode(bytes: &[u8]) -> String {
     }
 }
 
-/// Lines of a text, ended by CR LF, LF or CR alone; an end-of-file mark of DOS (Ctrl-Z) ends the text.
+/// Splits a text into lines. They end with CR LF, LF or CR alone. An end-of-file mark of DOS (Ctrl-Z) ends the text.
 pub(super) fn lines_of(text: &str) -> Vec<String> {
     let text = text.split('\u{1A}').next().unwrap_or_default();
     let even = text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace('\r', "\n");
@@ -57,23 +57,23 @@ pub(super) fn lines_of(text: &str) -> Vec<String> {
     lines
 }
 
-/// How a comma among numbers is read.
+/// Meaning of a comma among numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Comma {
-    /// It parts two numbers.
+    /// It separates two numbers.
     Delimiter,
-    /// It stands for the decimal point.
+    /// It is the decimal point.
     Decimal,
 }
 
-/// A number, finite; decimal commas only where [`Comma::Decimal`] says so.
+/// Parses a finite number. Decimal commas are allowed only with [`Comma::Decimal`].
 pub(super) fn number(token: &str, comma: Comma) -> Option<f64> {
     let looks_numeric = token.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b',' | b'e' | b'E'));
     let with_point = if comma == Comma::Decimal { token.replacen(',', ".", 1) } else { token.to_string() };
     with_point.parse().ok().filter(|value: &f64| looks_numeric && value.is_finite())
 }
 
-/// Numbers one after the other, wherever the lines break.
+/// A sequence of numbers; line breaks have no meaning.
 pub(super) struct Tokens<'a> {
     items: Vec<(usize, &'a str)>,
     comma: Comma,
@@ -82,7 +82,7 @@ pub(super) struct Tokens<'a> {
 }
 
 impl<'a> Tokens<'a> {
-    /// Tokens of lines, of which the first is number `first_line` of its file.
+    /// Makes the tokens of lines. The first line has the number `first_line` in its file.
     pub fn new(lines: &'a [String], first_line: usize, comma: Comma) -> Self {
         let parts = move |c: char| c.is_whitespace() || c == '\0' || (comma == Comma::Delimiter && c == ',');
         let items = lines.iter().enumerate().flat_map(|(index, line)| {
@@ -91,17 +91,17 @@ impl<'a> Tokens<'a> {
         Tokens { items: items.collect(), comma, next: 0, last_line: first_line + lines.len().saturating_sub(1) }
     }
 
-    /// Tokens not yet read.
+    /// Number of tokens not yet read.
     pub fn left(&self) -> usize {
         self.items.len() - self.next
     }
 
-    /// The line of the next token, or the last line.
+    /// Line number of the next token, or of the last line.
     pub fn line(&self) -> usize {
         self.items.get(self.next).map_or(self.last_line, |item| item.0)
     }
 
-    /// The next number.
+    /// Reads the next number.
     pub fn number(&mut self, what: &str) -> Result<f64, PhotometricError> {
         let Some(&(line, token)) = self.items.get(self.next) else {
             return Err(PhotometricError::ended(self.last_line, what));
@@ -114,15 +114,15 @@ impl<'a> Tokens<'a> {
         Ok(value)
     }
 
-    /// The next number, refused where `holds` says so.
+    /// Reads the next number. It is refused unless `holds` returns true.
     pub fn checked(&mut self, what: &str, remedy: &str, holds: impl Fn(f64) -> bool) -> Result<f64, PhotometricError> {
         let value = self.number(what)?;
         if holds(value) { Ok(value) } else { Err(self.refuse_last(what, remedy)) }
     }
 
-    /// The next number as a count of values that the file must still hold.
+    /// Reads the next number as a count of values that the file still contains.
     ///
-    /// A count beyond what is left in the file is refused here, before anything of its size is allocated.
+    /// A count beyond the rest of the file is refused here, before memory of that size is allocated.
     pub fn count(&mut self, what: &str, least: usize) -> Result<usize, PhotometricError> {
         let value = self.number(what)?;
         if !(value.fract() == 0.0 && value >= least as f64) {
@@ -136,7 +136,7 @@ impl<'a> Tokens<'a> {
         Ok(value as usize)
     }
 
-    /// The next `count` numbers, each accepted by `holds`.
+    /// Reads the next `count` numbers. Each must satisfy `holds`.
     pub fn list(
         &mut self,
         count: usize,
@@ -151,7 +151,7 @@ impl<'a> Tokens<'a> {
         (0..count).map(|_| self.checked(what, remedy, &holds)).collect()
     }
 
-    /// The next `count` numbers, strictly increasing within a range.
+    /// Reads the next `count` numbers, strictly increasing within a range.
     pub fn angles(
         &mut self,
         count: usize,
@@ -169,7 +169,7 @@ impl<'a> Tokens<'a> {
         Ok(angles)
     }
 
-    /// An error at the token that was read last.
+    /// Makes an error at the token that was read last.
     pub fn refuse_last(&self, expected: &str, remedy: &str) -> PhotometricError {
         let (line, token) = self.items[self.next - 1];
         PhotometricError::malformed(line, token, expected, remedy)

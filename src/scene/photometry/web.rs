@@ -4,30 +4,29 @@ use glam::DVec3;
 
 use super::zones::sine_moments;
 
-/// How far an angle in degrees may lie outside of a table and still count as its edge: a direction kept in f64 gives
-/// its angles back to some 1e-14 rad, so that a direction on the edge must not fall off it.
+/// Tolerance in degrees at the edge of a table. A direction in f64 returns its angles to some 1e-14 rad, so a direction on the edge may
+/// appear outside.
 const EDGE_TOLERANCE_DEG: f64 = 1e-9;
 
-/// Step in degrees at which beam angles are looked for where the table's own angles do not lie in the asked-for plane.
+/// Step in degrees of the search for beam angles, if the table's own angles do not lie in the requested plane.
 const PROFILE_STEP_DEG: f64 = 0.125;
 
-/// The goniometer that a table was measured on: about which axis its planes turn.
+/// The goniometer of a table: it determines the axis about which the planes turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhotometricType {
     /// Planes turn about the vertical; (0°, 0°) is the horizontal direction C0, γ = 90°. Headlamps.
     A,
     /// Planes turn about the horizontal axis C90–C270; (0°, 0°) is the axis γ = 0. Floodlights.
     B,
-    /// Planes turn about the axis γ = 0. Nearly all luminaires, and every EULUMDAT file.
+    /// Planes turn about the axis γ = 0. Nearly all luminaires have it, and every EULUMDAT file.
     C,
 }
 
 /// Luminous intensity in cd over the whole sphere, bilinear in the two angles of its goniometer.
 ///
-/// Type C: planes run from C = 0° to C = 360° (the last repeats the first), γ from 0° (the luminaire's axis) to 180°.
-/// Types A and B keep their own angles, so that nothing is resampled; their planes and angles need not
-/// go all the way round. Ask through [`IntensityWeb::intensity_cd`], which always takes (C, γ).
-/// What the table does not cover is 0 cd.
+/// Type C: planes run from C = 0° to C = 360° (the last repeats the first), γ from 0° (the luminaire's axis) to 180°. Types A and B keep
+/// their own angles, so nothing is resampled. Their planes and angles need not go all the way round. [`IntensityWeb::intensity_cd`] takes
+/// (C, γ) for every type. Directions outside the table have 0 cd.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntensityWeb {
     /// Angles of the planes in degrees, strictly increasing: C for type C (first 0, last 360),
@@ -40,34 +39,34 @@ pub struct IntensityWeb {
     goniometer: PhotometricType,
 }
 
-/// Why a table is no intensity distribution.
+/// Why a table is not a valid intensity distribution.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}[{index}] is {got}, expected {expected}")]
 pub struct WebError {
     /// `c_deg`, `gamma_deg` or `intensity_cd`.
     pub field: &'static str,
-    /// Entry in it.
+    /// Index of the entry.
     pub index: usize,
-    /// What stands there (a length where the length is wrong).
+    /// The invalid value (a length if the length is wrong).
     pub got: f64,
-    /// What should.
+    /// What is expected instead.
     pub expected: &'static str,
 }
 
 impl IntensityWeb {
-    /// Checks and keeps a table in type C angles.
+    /// Makes a distribution from a table in type C angles, after checking it.
     ///
     /// # Errors
-    /// Angles that are not strictly increasing, C that does not run from 0 to 360, γ outside of 0 to 180, a table
-    /// of another size than planes × angles, and intensities that are negative or not finite.
+    /// Angles that are not strictly increasing, C that does not run from 0 to 360, γ outside of 0 to 180, a table of another size than
+    /// planes × angles, and intensities that are negative or not finite.
     pub fn new(c_deg: Vec<f64>, gamma_deg: Vec<f64>, intensity_cd: Vec<f64>) -> Result<Self, WebError> {
         Self::on_goniometer(PhotometricType::C, c_deg, gamma_deg, intensity_cd)
     }
 
-    /// Checks and keeps a table in the angles of its goniometer, as the public fields describe them.
+    /// Makes a distribution from a table in the angles of its goniometer, after checking it. The public fields describe these angles.
     ///
     /// # Errors
-    /// As [`IntensityWeb::new`]; only type C must go all the way round.
+    /// As [`IntensityWeb::new`], except that only type C must go all the way round.
     pub fn on_goniometer(
         goniometer: PhotometricType,
         c_deg: Vec<f64>,
@@ -96,7 +95,7 @@ impl IntensityWeb {
         Ok(IntensityWeb { c_deg, gamma_deg, intensity_cd, goniometer })
     }
 
-    /// The goniometer whose angles the table is in.
+    /// The goniometer of the table's angles.
     pub fn goniometer(&self) -> PhotometricType {
         self.goniometer
     }
@@ -114,14 +113,14 @@ impl IntensityWeb {
         self.intensity_along_cd(direction_of(c_deg.to_radians(), gamma_deg.to_radians()))
     }
 
-    /// Intensity in cd towards a direction of any length, `frame` holding the unit vectors of C0, C90 (both at
-    /// γ = 90°) and γ = 0 in the same coordinates.
+    /// Intensity in cd towards a direction of any length. `frame` holds the unit vectors of C0, C90 (both at γ = 90°) and γ = 0 in the
+    /// same coordinates.
     pub fn intensity_towards_cd(&self, frame: &[DVec3; 3], direction: DVec3) -> f64 {
         let [c0, c90, axis] = *frame;
         self.intensity_along_cd(DVec3::new(direction.dot(c0), direction.dot(c90), direction.dot(axis)))
     }
 
-    /// Intensity in cd along a direction of any length whose coordinates are along C0, C90 and γ = 0.
+    /// Intensity in cd along a direction of any length, with coordinates along C0, C90 and γ = 0.
     pub fn intensity_along_cd(&self, local: DVec3) -> f64 {
         let (plane_rad, angle_rad) = self.table_angles(local);
         self.table_cd(plane_rad.to_degrees(), angle_rad.to_degrees())
@@ -129,14 +128,14 @@ impl IntensityWeb {
 
     /// Luminous flux in lm: the exact integral of the interpolant over the sphere.
     ///
-    /// Accuracy: rounding only. Sums of zonal lumens, which hold the intensity constant over a zone, differ by some 0.1%.
+    /// Accuracy: rounding only. Sums of zonal lumens differ by some 0.1%, because they hold the intensity constant over a zone.
     pub fn luminous_flux_lm(&self) -> f64 {
         let planes: Vec<f64> = (0..self.c_deg.len()).map(|plane| self.plane_flux_lm_rad(plane)).collect();
         let columns = self.c_deg.windows(2).zip(planes.windows(2));
         columns.map(|(c, flux)| (c[1] - c[0]).to_radians() * 0.5 * (flux[0] + flux[1])).sum()
     }
 
-    /// Flux in lm below (γ < 90°, first) and above the horizontal plane, exact for type C tables.
+    /// Flux in lm below the horizontal plane (γ < 90°, first) and above it, exact for type C tables.
     ///
     /// `None` for types A and B.
     pub fn hemisphere_fluxes_lm(&self) -> Option<[f64; 2]> {
@@ -146,7 +145,7 @@ impl IntensityWeb {
 
     /// Flux in lm within a cone about the axis, exact for type C tables; `None` for types A and B.
     ///
-    /// A zone that crosses the cone is split there.
+    /// A zone that crosses the edge of the cone is split there.
     pub fn flux_within_lm(&self, gamma_deg: f64) -> Option<f64> {
         if self.goniometer != PhotometricType::C {
             return None;
@@ -166,11 +165,11 @@ impl IntensityWeb {
         Some(within.luminous_flux_lm())
     }
 
-    /// Whether nothing is sent to γ > 90°; told of type C tables alone.
+    /// Whether no light goes to γ > 90°. Always false for types A and B.
     pub fn shines_ahead_only(&self) -> bool {
         let angles = self.gamma_deg.len();
         let ahead = self.gamma_deg.partition_point(|&gamma| gamma <= 90.0);
-        // Between the last angle ahead and the first behind the table says what lies between both.
+        // Between the last angle up to 90° and the first beyond it, the table interpolates. So the last angle up to 90° must be dark too.
         let first_to_be_dark = ahead.saturating_sub(1);
         let is_dark = |(entry, cd): (usize, &f64)| entry % angles < first_to_be_dark || *cd == 0.0;
         let is_dark_behind = || ahead == angles || self.intensity_cd.iter().enumerate().all(is_dark);
@@ -194,7 +193,7 @@ impl IntensityWeb {
         self.angle_above_deg(c_deg, 0.1)
     }
 
-    /// Walks from the plane's maximum to both sides until the intensity falls below `share` of it.
+    /// Searches from the plane's maximum to both sides until the intensity falls below `share` of it.
     fn angle_above_deg(&self, c_deg: f64, share: f64) -> f64 {
         let profile = self.profile(c_deg);
         let (start, peak) = profile
@@ -254,7 +253,7 @@ impl IntensityWeb {
         self.gamma_deg.windows(2).zip(row.windows(2)).map(zone).sum()
     }
 
-    /// The table's two angles in radians of a direction along C0, C90 and γ = 0: the first in 0 to 2π, the second in 0 to π.
+    /// The table's two angles in radians of a direction along C0, C90 and γ = 0. The first is 0 to 2π, the second 0 to π.
     pub(crate) fn table_angles(&self, local: DVec3) -> (f64, f64) {
         let own = match self.goniometer {
             PhotometricType::C => local,
@@ -266,7 +265,7 @@ impl IntensityWeb {
         (turned, (own.x * own.x + own.y * own.y).sqrt().atan2(own.z))
     }
 
-    /// The unit vector along C0, C90 and γ = 0 of the table's two angles in radians.
+    /// The unit vector along C0, C90 and γ = 0, from the table's two angles in radians.
     pub(crate) fn direction_at(&self, plane_rad: f64, angle_rad: f64) -> DVec3 {
         let own = direction_of(plane_rad, angle_rad);
         match self.goniometer {
@@ -295,9 +294,9 @@ fn direction_of(azimuth_rad: f64, polar_rad: f64) -> DVec3 {
     DVec3::new(sin_polar * cos_azimuth, sin_polar * sin_azimuth, cos_polar)
 }
 
-/// The interval of a strictly increasing list that holds an angle, and how far in it the angle lies (0 to 1).
+/// Returns the interval of a strictly increasing list that contains an angle, and the angle's position in it (0 to 1).
 ///
-/// Evenly spaced lists are hit at the first guess; others take a binary search.
+/// The first guess is right for evenly spaced lists. Others need a binary search.
 fn bracket(angles_deg: &[f64], angle_deg: f64) -> Option<(usize, f64)> {
     let last = angles_deg.len() - 1;
     let (from, to) = (angles_deg[0], angles_deg[last]);
@@ -314,7 +313,7 @@ fn bracket(angles_deg: &[f64], angle_deg: f64) -> Option<(usize, f64)> {
     Some((index, (angle - angles_deg[index]) / (angles_deg[index + 1] - angles_deg[index])))
 }
 
-/// Refuses a list of angles that does not strictly increase within 0 to `limit_deg`.
+/// Refuses a list of angles unless it strictly increases within 0 to `limit_deg`.
 fn check_angles(field: &'static str, angles_deg: &[f64], limit_deg: f64) -> Result<(), WebError> {
     if angles_deg.len() < 2 {
         return Err(WebError { field, index: 0, got: angles_deg.len() as f64, expected: "two angles or more" });

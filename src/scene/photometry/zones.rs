@@ -1,11 +1,11 @@
-//! Integrals of a linear function against the sine: what one zone of an intensity table holds.
+//! Integrals of a linear function times the sine: the flux in one zone of an intensity table.
 
-/// Half widths in rad below which `sin s − s cos s` is summed as a series: above, its cancellation costs less than two digits.
+/// Half width in rad below which `sin s − s cos s` is summed as a series. Above it, cancellation costs less than two digits.
 const SERIES_BELOW_RAD: f64 = 0.25;
 
-/// Bisection alone would need some 53 halvings; Newton's steps end after two or three.
+/// Most steps of the search. Bisection alone needs some 53; Newton's method ends after two or three.
 const MAXIMUM_STEPS: usize = 64;
-/// A step of Newton's this small, as a share of the offset, leaves its square: the rounding of an f64 angle.
+/// Relative size of Newton's last step. The remaining error is its square: the rounding of an f64 angle.
 const LAST_STEP: f64 = 1e-8;
 
 /// Integrals of the sine over a zone.
@@ -21,8 +21,8 @@ pub(crate) struct SineMoments {
 
 /// Integrals over the zone from `from_rad` to `from_rad + width_rad`, 0 ≤ θ ≤ π.
 ///
-/// Both are taken about the middle m of the zone with half width s, where they read 2 sin m sin s and
-/// sin m sin s + cos m (sin s − s cos s)/s: no digits are lost in thin zones.
+/// Both are taken about the middle m of the zone with half width s. There they are 2 sin m sin s and sin m sin s + cos m (sin s − s cos
+/// s)/s, so thin zones lose no digits.
 /// Accuracy: some 1e-15 of `whole`.
 pub(crate) fn sine_moments(from_rad: f64, width_rad: f64) -> SineMoments {
     if width_rad <= 0.0 {
@@ -43,31 +43,31 @@ pub(crate) fn sine_moments(from_rad: f64, width_rad: f64) -> SineMoments {
     }
 }
 
-/// (sin s − s cos s)/s = s²/3 − s⁴/30 + s⁶/840 − s⁸/45360 + …; the first term left out is below 1e-17 at s = 0.25.
+/// (sin s − s cos s)/s = s²/3 − s⁴/30 + s⁶/840 − s⁸/45360 + …; the first omitted term is below 1e-17 at s = 0.25.
 fn skew_series(half: f64) -> f64 {
     let square = half * half;
     let tail = 1.0 / 840.0 - square * (1.0 / 45_360.0 - square * (1.0 / 3_991_680.0 - square / 518_918_400.0));
     square * (1.0 / 3.0 - square * (1.0 / 30.0 - square * tail))
 }
 
-/// A zone of a plane: its ends with the intensities there.
+/// A zone of a plane: its ends and the intensities there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Zone {
-    /// Angle at which it begins, and its width.
+    /// Angle in rad at which it begins.
     pub from_rad: f64,
-    /// Its width.
+    /// Its width in rad.
     pub width_rad: f64,
     /// Sines of the angles at its ends.
     pub sines: [f64; 2],
-    /// Intensities at its ends, linear between.
+    /// Intensities in cd at its ends, linear between.
     pub intensities_cd: [f64; 2],
 }
 
 impl Zone {
-    /// The offset in rad from the zone's beginning up to which it holds `target_lm_rad` of its `mass_lm_rad`.
+    /// Returns the offset in rad from the zone's beginning up to which it holds `target_lm_rad` of its `mass_lm_rad`.
     ///
-    /// Newton's steps, kept within a shrinking bracket; one below 1e-8 of the offset is the last. It leaves some 1e-15 of the
-    /// offset, or at worst 1e-8 of the width, right at the far end where intensity or sine vanish.
+    /// It uses Newton's method within a shrinking bracket. A step below 1e-8 of the offset is the last one. The remaining error is some
+    /// 1e-15 of the offset. The worst case is 1e-8 of the width, at the far end where intensity or sine vanish.
     pub fn offset_holding(&self, target_lm_rad: f64, mass_lm_rad: f64) -> f64 {
         if mass_lm_rad <= 0.0 {
             return 0.0;
@@ -95,7 +95,7 @@ impl Zone {
     }
 }
 
-/// Where on 0 to 1 a density that goes linearly from `from` to `to` has gathered `share` of its integral.
+/// Position on 0 to 1 at which a linear density from `from` to `to` reaches `share` of its integral.
 pub(crate) fn invert_linear(from: f64, to: f64, share: f64) -> f64 {
     let twice_mass = (from + to) * share;
     let root = (from * from + (to - from) * twice_mass).max(0.0).sqrt();
@@ -106,7 +106,7 @@ pub(crate) fn invert_linear(from: f64, to: f64, share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Independent: 200,000 midpoints of the integrand itself.
+    /// Independent calculation: 200,000 midpoints of the integrand itself.
     fn by_midpoints(from: f64, width: f64, ramp: bool) -> f64 {
         let n = 200_000;
         let weight = |t: f64| if ramp { t } else { 1.0 };

@@ -1,5 +1,5 @@
-//! The first elements of a map whose elements adapt, cut for direct light by a pilot before the run: a little at a time, so that a
-//! run can tell how it stands meanwhile.
+//! The first elements of a map whose elements adapt. A pilot cuts them for direct light before the run, a little at a time, so that the run
+//! can report its state meanwhile.
 
 use std::ops::Range;
 
@@ -18,43 +18,43 @@ use crate::solver::exposure::{Exposure, exposed_shares};
 use crate::solver::finer::{cuts_of, parent_of};
 use crate::solver::pace::TimeLeft;
 
-/// Share of the squared target that direct light's variation within elements may take before the run.
+/// Share of the squared target that the variation of direct light within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
-/// Points of the pilot in an element, and how often so many lie in one that is larger than the mean: a corner that a shadow's
-/// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
+/// Points of the pilot in an element, and the largest factor on them in an element above the mean size. A corner that a shadow's edge cuts
+/// off is missed more easily with fewer points, and costs more in a larger element.
 const POINTS: f64 = 12.0;
 const MOST_TIMES: f64 = 16.0;
-/// Rounds of the pilot at most.
+/// Most rounds of the pilot.
 const PILOT_ROUNDS: u32 = 10;
-/// Above so many elements the pilot is left out: the run's own samples tell as much.
+/// Above this number of elements the pilot is left out: the run's own samples show as much.
 const MOST_PILOTED: usize = 20_000;
-/// Fewest elements that a step looks at: enough to be shared out over threads.
+/// Fewest elements of one step: enough to be shared out over threads.
 const FEWEST_AT_ONCE: usize = 16;
-/// Rays of a point that is asked whether it is covered, about.
+/// Approximate rays of a point that is tested for contact occlusion.
 const RAYS_OF_A_COVER_POINT: f64 = 2.0;
 
-/// Elements in the making: looked at and cut by turns, then asked what covers them.
+/// Elements in the making: they are sampled and cut in turns, then tested for contact occlusion.
 pub struct Cutting {
     target_error: f64,
-    /// Mean of direct and indirect illuminance over the scene, about.
+    /// Approximate mean of direct and indirect illuminance over the scene.
     means_lx: [f64; 2],
-    /// Rays of a look at a point, about.
+    /// Approximate rays of a sample of a point.
     rays_of_a_look: f64,
     elements: Elements,
     looks: Vec<DirectSamples>,
     /// Mean area of the elements of this round.
     mean_m2: f64,
     round: u32,
-    /// Elements up to here have been looked at in this round; or, where all rounds are done, asked what covers them.
+    /// Number of elements sampled in this round; or, if all rounds are done, the number tested for contact occlusion.
     done: usize,
-    /// Share of each element that is exposed, as far as that was asked; `None` before the last round is done.
+    /// Share of each element that is exposed, as far as it has been tested; `None` before the last round is done.
     exposed: Option<Vec<f64>>,
     rays: u64,
 }
 
 impl Cutting {
-    /// Begins with elements as given. `means_lx` is about the mean of direct and indirect illuminance over the scene, and a
-    /// pass over the direct light of an element takes some `rays_of_a_pass`.
+    /// Begins with the given elements. `means_lx` is approximately the mean of direct and indirect illuminance over the scene. A pass over
+    /// the direct light of an element takes some `rays_of_a_pass` rays.
     pub fn begin(elements: &Elements, target_error: f64, means_lx: [f64; 2], rays_of_a_pass: f64) -> Cutting {
         Cutting {
             target_error,
@@ -75,7 +75,7 @@ impl Cutting {
         self.rays
     }
 
-    /// Rays to the end of the round at hand, about; nobody knows whether another follows.
+    /// Rays to the end of the present round, approximately. Whether another round follows is unknown.
     pub fn rays_left(&self, context: &Context) -> f64 {
         let left = self.done..self.elements.len();
         match self.exposed {
@@ -84,7 +84,7 @@ impl Cutting {
         }
     }
 
-    /// Goes on by some `rays` rays; whether there is more to do.
+    /// Goes forward by some `rays` rays. Returns whether there is more to do.
     pub fn advance(&mut self, context: &Context, rays: f64) -> bool {
         if self.exposed.is_none() {
             self.look(context, rays);
@@ -94,7 +94,7 @@ impl Cutting {
         self.done < self.elements.len()
     }
 
-    /// The elements, and what a job keeps of them, once there is no more to do.
+    /// The elements, and what a job stores for them, once there is no more to do.
     pub fn end(self, context: &Context) -> (Elements, Adaptive) {
         let sloped = (0..self.elements.len()).map(|index| self.is_sloped(context, index));
         let adaptive = Adaptive {
@@ -120,7 +120,7 @@ impl Cutting {
 
     fn is_sloped(&self, context: &Context, index: usize) -> bool {
         let (looks, edge_m) = (&self.looks[index], (2.0 * self.area_m2(context, index)).sqrt());
-        // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more children.
+        // A small element may still need slopes for its direct light: two more numbers show more of it than three more children.
         let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
         looks.exposed == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
     }
@@ -129,7 +129,7 @@ impl Cutting {
         self.elements.area_m2(context.scene, self.elements.element(index as u32))
     }
 
-    /// Points of an element that are to be looked at in this round; none where as many, or nearly so, have been.
+    /// Points of an element to sample in this round; 0 if about as many have been sampled already.
     fn wanted(&self, context: &Context, index: usize) -> usize {
         let over_mean = if self.mean_m2 > 0.0 { self.area_m2(context, index) / self.mean_m2 } else { 1.0 };
         let points = (POINTS * over_mean.clamp(1.0, MOST_TIMES)) as usize;
@@ -137,7 +137,7 @@ impl Cutting {
         if 2 * seen <= points { points } else { 0 }
     }
 
-    /// Looks at some of the elements that are new, and again at those that are large beside the others by now; cuts after the last.
+    /// Samples some of the new elements, and again those that are now large relative to the others. Cuts after the last.
     fn look(&mut self, context: &Context, rays: f64) {
         if self.elements.len() > MOST_PILOTED {
             self.stop_looking();
@@ -163,7 +163,7 @@ impl Cutting {
         }
     }
 
-    /// Cuts what loses too much; where nothing does, or there is no time for another round, this was the last.
+    /// Cuts elements that lose too much. If none does, or there is no time for another round, this was the last round.
     fn cut(&mut self, context: &Context) {
         let lost_lx2 = |(index, looks): (usize, &DirectSamples)| looks.lost_lx2(self.is_sloped(context, index));
         let lost_lx2 = self.looks.iter().enumerate().map(lost_lx2);
@@ -183,7 +183,7 @@ impl Cutting {
         (self.elements, self.round, self.done) = (finer, self.round + 1, 0);
     }
 
-    /// Where elements were too many for the pilot they are all that it did not look at.
+    /// Ends sampling. Elements without samples (there were too many for the pilot) get the mean direct illuminance.
     fn stop_looking(&mut self) {
         self.looks.resize(self.elements.len(), DirectSamples::default());
         let direct_lx = self.means_lx[0];
@@ -193,7 +193,7 @@ impl Cutting {
         (self.exposed, self.done) = (Some(Vec::new()), 0);
     }
 
-    /// Asks what covers the next elements, as far as the looks have not told.
+    /// Tests the next elements for contact occlusion, as far as the samples have not decided it.
     fn ask_cover(&mut self, context: &Context, rays: f64) {
         let at_once = ((rays / RAYS_OF_A_COVER_POINT) as usize).max(FEWEST_AT_ONCE);
         let range = self.done..(self.done + at_once).min(self.elements.len());
@@ -209,7 +209,7 @@ impl Cutting {
         self.done = range.end;
     }
 
-    /// Looks at the elements of a range, as far as they need it; returns the rays it took.
+    /// Samples the elements of a range, as far as they need it. Returns the rays it took.
     fn look_at(&mut self, context: &Context, range: Range<usize>) -> u64 {
         let wanted: Vec<usize> = range.clone().map(|index| self.wanted(context, index)).collect();
         let (elements, round) = (&self.elements, self.round);
@@ -228,7 +228,7 @@ impl Cutting {
                 let at = element.draw(context.stage, &mut stream);
                 let seen = pass.sample_twice_at(context.stage, &element, at, &mut stream);
                 rays += seen.rays;
-                // What receives light is not covered.
+                // A point that receives light is not hidden by contact.
                 if seen.samples_lx.iter().any(|lx| *lx > 0.0) {
                     return Some(seen);
                 }
@@ -244,23 +244,23 @@ impl Cutting {
     }
 }
 
-/// What the pilot saw of an element's direct light.
+/// Findings of the pilot on an element's direct light.
 #[derive(Clone, Copy, Debug, Default)]
 struct DirectSamples {
-    /// Points that were looked at, 0 at first.
+    /// Points that were sampled, 0 at first.
     points: usize,
-    /// Share of them that is not covered.
+    /// Share of the points that is not hidden by contact.
     exposed: f64,
-    /// Mean of what was seen, in lx.
+    /// Mean of the samples, in lx.
     mean_lx: f64,
-    /// The linear function nearest to it, in lx.
+    /// The linear function closest to them, in lx.
     fitted_lx: Linear,
-    /// Mean square of what it leaves out, in lx²; may be below 0 by chance.
+    /// Mean square of what that function leaves out, in lx². It may be below 0 by random error.
     left_lx2: f64,
 }
 
 impl DirectSamples {
-    /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
+    /// The reference for samples. If points are left out it is constant, since a slope would not have its mean over the remaining points.
     fn reference_lx(&self) -> Linear {
         if self.exposed < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
     }
@@ -274,10 +274,9 @@ impl DirectSamples {
         self.left_lx2 + if sloped { 0.0 } else { self.slope_lx2() }
     }
 
-    /// Fits a linear function to looks at random points by least squares.
-    ///
-    /// Both looks are fitted apart: the product of their residuals has no part of their chance, and none at all where
-    /// the light is linear.
+    /// Fits a linear function to samples at random points by least squares.
+    /// The two samples of a point are fitted separately. So the product of their residuals contains no random error of either sample, and
+    /// is 0 on average where the light is linear.
     fn fit(seen: &[SamplePair]) -> DirectSamples {
         let rows: Vec<Vector3<f64>> = seen
             .iter()

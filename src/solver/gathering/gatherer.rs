@@ -26,7 +26,7 @@ pub struct Gatherer<'a> {
 }
 
 impl Gatherer<'_> {
-    /// Rays that fill the cells of a half, as gathering rays go; returns the rays, those of samples too.
+    /// Fills the cells of a half with rays that go like gathering rays. Returns the rays, including those of samples.
     pub fn fill(
         &self,
         cells: &mut CellLight,
@@ -55,12 +55,12 @@ impl Gatherer<'_> {
             .collect();
         let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();
         let places = found.into_iter().filter_map(|(met, _)| met);
-        // Samples are numbered through all maps.
+        // Samples are numbered across all maps.
         let stream = || Stream::new(context.seed, Purpose::Cells, 0, half);
         rays + fill_cells(stage, cells, most_samples, places, stream)
     }
 
-    /// Rays of one replica whose values count; returns the rays.
+    /// Traces the gathering rays of one replica, whose values count. Returns the rays.
     pub fn gather(
         &self,
         records: &mut Records,
@@ -104,7 +104,7 @@ impl Gatherer<'_> {
         rays
     }
 
-    /// Walks of one replica; returns their rays.
+    /// Traces the residual walks of one replica. Returns the rays.
     pub fn walk(
         &self,
         records: &mut Records,
@@ -145,7 +145,7 @@ impl Gatherer<'_> {
     }
 }
 
-/// A range in blocks.
+/// Splits a range into blocks.
 fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
     let end = range.end;
     range.step_by(BLOCK as usize).map(move |first| first..(first + BLOCK).min(end))

@@ -1,4 +1,4 @@
-//! What rays and walks found, kept as numbers of cells until their light is known.
+//! Findings of rays and walks, stored as numbers of cells until the light of the cells is known.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,23 +6,23 @@ use crate::base::memory::bytes_of_list;
 use crate::caches::{CellGrid, CellLight};
 use crate::estimators::gathering::{PendingTerm, Term};
 
-/// What the rays and walks of one replica of a map found.
+/// Findings of the rays and walks of one replica of a map.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Records {
-    /// Of every ray, pass by pass: the cell that it looked up.
+    /// For every ray, pass by pass: the cell that it looked up.
     pub terms: Vec<Term>,
-    /// Bin of the direction into which it went.
+    /// Bin of the direction of the ray.
     pub bins: Vec<u8>,
-    /// What it found beside, in lx.
+    /// Light that the ray found without cells, in lx.
     pub plain_lx: Vec<f32>,
-    /// Where in its element it began; empty where elements show no slopes.
+    /// Start of the ray in its element; empty if elements show no slopes.
     pub starts: Vec<[f32; 2]>,
-    /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
+    /// For every walk, pass by pass: light that it found without cells, in lx, and the number of terms up to its end.
     pub walks: Vec<(f32, u32)>,
     pub walk_terms: Vec<Term>,
     pub walk_bins: Vec<u8>,
     pub walk_starts: Vec<[f32; 2]>,
-    /// Places among the terms of rays, and of walks, whose cells are new.
+    /// Positions among the terms of rays, and of walks, whose cells are new.
     pub new: Vec<(u32, PendingTerm)>,
     pub new_of_walks: Vec<(u32, PendingTerm)>,
 }
@@ -47,7 +47,7 @@ impl Records {
         of_walks.for_each(|(place, term)| self.walk_terms[place as usize] = term.of_cell(grid.cell(term.key)));
     }
 
-    /// What each of the first rays brought, by the light that cells have now, in lx.
+    /// Light that each of the first `rays` rays brought in lx, from the present light of cells.
     pub fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
         let mut told: Vec<f32> =
             self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.cell)).collect();
@@ -56,7 +56,7 @@ impl Records {
     }
 }
 
-/// Looks the cell of a term up and adds the term, or notes that the cell is new.
+/// Looks up the cell of a term and adds the term, or records that the cell is new.
 #[inline]
 pub fn look_up(
     grid: &CellGrid,

@@ -1,4 +1,4 @@
-//! From what rays and walks found to the sums of a map.
+//! Converts findings of rays and walks to the sums of a map.
 
 use rayon::prelude::*;
 
@@ -9,8 +9,7 @@ use crate::solver::coarse::Shape;
 use crate::solver::guide::Guide;
 
 impl GatheringProgress {
-    /// Sums up all that complete passes found, by the light that cells have now. What elements show beside their means goes by their
-    /// shape.
+    /// Sums up all findings of complete passes, with the present light of cells. `shape` receives what elements show beside their means.
     pub fn settle(&mut self, sets: &mut CellSets, map: &mut ReplicaMap, weights: &[f64], shape: Option<&mut Shape>) {
         let numbers = [self.filled, self.gathered, self.walks.done];
         let Some(residuals) = map.residuals.as_mut().filter(|_| self.settled != numbers) else {
@@ -39,7 +38,7 @@ impl GatheringProgress {
         map.take_residuals(weights);
     }
 
-    /// Lets rays to come go where light has come from, and walks where cells have been wrong.
+    /// Directs future rays to where light came from, and future walks to where cells had errors.
     fn learn_directions(&mut self, told: &[Vec<f32>], walked: &[Vec<f32>]) {
         let [of_rays, of_walks] = &mut self.guides;
         let [rays, walks] = self.learned;
@@ -88,7 +87,7 @@ impl GatheringProgress {
                 add(entry, lx);
                 continue;
             };
-            // What a reference knows has no chance.
+            // The part of the light in a reference has no random error.
             let at = records.starts[ray].map(f64::from);
             let (beyond_lx, bends) = (lx - reference_lx.at(at), bends_at(at));
             for (number, (known_lx, factor)) in reference_lx.0.iter().zip([1.0, bends[0], bends[1]]).enumerate() {
@@ -102,7 +101,7 @@ impl GatheringProgress {
         found
     }
 
-    /// Sums of what walks found; returns what each walk of every replica did since directions were learned, in lx.
+    /// Sums up the findings of walks. Returns the result of each walk of every replica since directions were learned, in lx.
     fn sum_up_walks(&self, sets: &CellSets, residuals: &mut Residuals) -> Vec<Vec<f32>> {
         let (sites, order) = (self.order.sites(), self.order);
         let (walkers, walks, walk_count) = self.walks.complete();
@@ -137,7 +136,7 @@ impl GatheringProgress {
         each.collect()
     }
 
-    /// How sure the cells are that each entry looks up, by the rays of two replicas.
+    /// Uncertainty of the cells that each entry looks up, in lx², as sums over the rays of two replicas.
     fn unsure_lx2(&self, sets: &CellSets, rays: usize) -> Vec<f64> {
         let mut unsure_lx2 = vec![0.0; self.order.sites()];
         for (replica, records) in self.records.iter().enumerate().take(2) {
@@ -150,19 +149,19 @@ impl GatheringProgress {
     }
 }
 
-/// Counts what samples from some entries found by way of their bins, in lx.
+/// Counts the light in lx that samples from some entries found through their bins.
 fn count(guide: &mut Guide, entries: impl Iterator<Item = (u64, usize)>, bins: &[u8], found_lx: &[f32]) {
     for (((_, entry), bin), lx) in entries.zip(bins).zip(found_lx) {
         guide.add_weighted(entry, usize::from(*bin), f64::from(*lx));
     }
 }
 
-/// What the rays of one replica found, beside its rows.
+/// Findings of the rays of one replica, in addition to its rows.
 #[derive(Default)]
 struct ReplicaFindings {
-    /// Of every entry, what the first half of the passes brought, and the second, in lx.
+    /// For every entry, light of the first half of the passes and of the second half, in lx.
     by_half_lx: Vec<[f64; 2]>,
-    /// Of every element, sums of what goes beyond its reference times the polynomials, and in each part of it, in lx.
+    /// For every element, sums of the difference to its reference times the polynomials, and in each part of the element, in lx.
     bends_lx: Vec<[f64; BENDS]>,
     parts_lx: Vec<[f64; PARTS]>,
 }
@@ -174,8 +173,8 @@ impl ReplicaFindings {
     }
 }
 
-/// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes look up the same cells.
-/// Squares of the entries beyond the elements, slopes, add to those of their means.
+/// Squared error in lx² of the mean over all replicas, from the random error of rays alone: halves of a replica's passes look up the same
+/// cells. Entries beyond the elements are slopes; their squares add to those of the means.
 fn ray_squared_lx2(found: &[ReplicaFindings], weights: &[f64], sites: usize, passes: u64) -> f64 {
     let [first, second] = [passes / 2, passes - passes / 2].map(|count| count as f64);
     if first == 0.0 {
@@ -188,6 +187,6 @@ fn ray_squared_lx2(found: &[ReplicaFindings], weights: &[f64], sites: usize, pas
         }
     }
     let weight_sum = weights[..sites].iter().sum::<f64>() * found.len() as f64;
-    // Of independent halves the mean has a fourth of the squared difference.
+    // For independent halves, the squared error of the mean is a fourth of the squared difference.
     0.25 * sum / f64::max(weight_sum, f64::MIN_POSITIVE) / REPLICAS as f64
 }

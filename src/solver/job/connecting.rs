@@ -1,4 +1,4 @@
-//! Local estimation that a run takes by itself: what it may be expected to cost, and going over to it and back to walks.
+//! Local estimation that a run chooses by itself: its expected cost, the switch to it and the switch back to walks.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,30 +7,29 @@ use crate::maps::REPLICAS;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
 
-/// First looks that a run takes at least: the statistical checks seldom accept the first, by so few scores.
+/// First looks that a run needs at least. The statistical checks seldom accept the first look, because it has few scores.
 const LEAST_LOOKS: f64 = 2.0;
 
-/// Local estimation as a map could have it.
+/// Local estimation as an option for a map.
 #[derive(Serialize, Deserialize)]
 pub struct Offer {
     pub plan: LocalPlan,
-    /// Work to the target: its chains begin at luminaires and choose none.
+    /// Work to the target. It includes no work for light sampling: chains begin at luminaires and choose none.
     pub work: f64,
 }
 
-/// Local estimation, or why it was not weighed.
+/// Local estimation, or the reason why it was not considered.
 pub type Offered = Result<Offer, &'static str>;
 
-/// Rounds of a replica after which local estimation is judged for the first time.
+/// Rounds per replica after which local estimation is judged for the first time.
 pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
     let affordable = RAYS_PER_SLICE / (rays_per_round.max(1.0) * REPLICAS as f64);
     (FIRST_LOCAL_CHAINS / chains_per_round).min(affordable as u64).max(1)
 }
 
 impl Job {
-    /// Rays that local estimation takes to an error in lx, by what its pilot measured: at least those to its first looks.
-    ///
-    /// All points share the chance of its chains, and of so few degrees of freedom the stop rule asks a wide margin.
+    /// Rays that local estimation takes to an error in lx, from the measurements of its pilot; at least the rays to its first looks.
+    /// All points share the random error of its chains. With so few degrees of freedom the stop rule requires a wide margin.
     pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
         let cost = plan.cost(&self.weights);
         let safe_error_lx = error_lx / plan.margin;
@@ -41,14 +40,14 @@ impl Job {
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
-    /// Takes local estimation instead of walks; nothing of the map has been done yet.
+    /// Uses local estimation instead of walks. No work on the map has been done yet.
     pub fn start_connecting(&mut self, plan: LocalPlan) {
         self.share = DirectShare::of(self.costs.direct, plan.cost(&self.weights), [self.map.len(); 2]);
         self.engine = Engine::Local(Kernel::Bounded);
         self.connecting.plan = Some(plan);
     }
 
-    /// Goes back to walks; direct light stays as far as it is.
+    /// Goes back to walks. Direct light keeps its samples.
     pub fn stop_connecting(&mut self) {
         self.begin_walks_anew();
         self.connecting.plan = None;
@@ -56,7 +55,7 @@ impl Job {
         self.share = DirectShare::of(self.costs.direct, self.costs.indirect, [self.map.len(); 2]);
     }
 
-    /// Whether it goes by local estimation.
+    /// Whether the map uses local estimation.
     pub fn connects(&self) -> bool {
         self.connecting.plan.is_some()
     }

@@ -1,4 +1,4 @@
-//! A job that counts chains from luminaires.
+//! Jobs that count chains from luminaires.
 
 use std::time::Instant;
 
@@ -20,8 +20,8 @@ impl Job {
         self.map.indirect_samples.complete = until;
     }
 
-    /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
-    /// than there is. What it had of that pass is dropped. Not more than about so many seconds, or one slice of chains.
+    /// Lets chains count direct light too. An element map uses this if its first pass over direct light would take longer than the time
+    /// left. The unfinished part of that pass is discarded. Counting takes about `most_s` seconds at most, or one slice of chains.
     pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64, most_s: f64) {
         let (rays, started) = (self.work.rays, Instant::now());
         self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
@@ -41,7 +41,7 @@ impl Job {
         self.work.spending.add(Activity::Chains, self.work.rays - rays, started.elapsed());
     }
 
-    /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
+    /// Traces chains that only show whether flux gets lost, for elements that gather and count no chains.
     pub fn balance_flux(&mut self, context: &Context) {
         if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.gathering.progress.is_none() {
             return;

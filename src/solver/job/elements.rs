@@ -1,4 +1,4 @@
-//! What a job does with the elements of its map: an empty map of them, their refinement, their values.
+//! The elements of a job's map: an empty map of them, their refinement and their values.
 
 use super::super::adapt::{Looked, Refined, Spent};
 use super::super::exposure::{Exposure, exposed_shares};
@@ -9,21 +9,20 @@ use crate::scene::Elements;
 use crate::solver::context::Context;
 use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
 
-/// What became of the elements of a map after a look.
+/// What happened to the elements of a map after a look (error check).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refinement {
-    /// They stay.
+    /// They are unchanged.
     None,
-    /// Direct light has finer ones and starts anew; what was gathered stays.
+    /// Direct light gets finer elements and starts anew. Gathered light is kept.
     OfDirect,
-    /// The map starts anew, on finer ones.
+    /// The map starts anew on finer elements.
     Anew,
 }
 
 impl Job {
-    /// Goes over to finer elements, where those at hand cannot show what the target asks for by the latest look.
-    ///
-    /// What gathers is to be started by its plan then, where its elements are new.
+    /// Changes to finer elements if, at the latest look, the present ones cannot show what the target requires.
+    /// If the coarse elements are new, gathering must then be started by its plan.
     pub fn refine_elements(&mut self, context: &Context) -> Refinement {
         let refined = self.adapting.adaptive.as_ref().and_then(|adaptive| {
             let direct = self.work.direct_rays as f64;
@@ -73,18 +72,18 @@ impl Job {
         found
     }
 
-    /// Whether its elements are still to be cut before the run.
+    /// Whether its elements must still be cut before the run.
     pub fn is_to_be_cut(&self) -> bool {
         self.adapting.cutting.is_some()
     }
 
-    /// Rays to the end of what is known of that, about.
+    /// Rays until the end of cutting, as far as it is known; approximate.
     pub(super) fn rays_to_cut(&self, context: &Context) -> f64 {
         self.adapting.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left(context))
     }
 
-    /// Goes on with cutting by about so many rays; whether there is more to do. With the end of it the job begins anew on
-    /// finer elements, and its rays so far are those of a pilot.
+    /// Continues cutting for about `rays` rays. Returns whether more cutting remains. At the end of cutting the job starts anew on finer
+    /// elements, and its rays so far count as pilot rays.
     pub fn cut_on(&mut self, context: &Context, rays: f64) -> bool {
         let Some(mut cutting) = self.adapting.cutting.take() else {
             return false;
@@ -106,7 +105,7 @@ impl Job {
         false
     }
 
-    /// Finds out how much of each element as given is exposed, before walks or rays start from them.
+    /// Finds how much of each given element is exposed (not hidden by contact), before walks or rays start from them.
     pub fn look_for_cover(&mut self, context: &Context) {
         if self.kind == MapKind::Elements && self.adapting.adaptive.is_none() && self.adapting.exposed.is_empty() {
             let (exposed, rays) =
@@ -116,7 +115,7 @@ impl Job {
         }
     }
 
-    /// Rays, about, that bring chance down to an error in lx.
+    /// Rays, approximately, that reduce the random error to `error_lx` in lx.
     fn rays_to_chance(&self, error_lx: f64) -> f64 {
         let counted = || {
             let now_lx = self.judgement.expected_error * self.judgement.mean_lx;
@@ -125,7 +124,7 @@ impl Job {
         self.gathering_parts().map_or_else(counted, |parts| parts.growth(error_lx).rays)
     }
 
-    /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
+    /// Keeps what was gathered, on finer elements of direct light. Starts anew if the finer elements see a different contact occlusion.
     fn keep_gathered(&mut self, context: &Context) -> Refinement {
         let (Some(coarse), Some(adaptive)) = (&mut self.adapting.coarse, &mut self.adapting.adaptive) else {
             return Refinement::Anew;
@@ -140,7 +139,7 @@ impl Job {
         Refinement::OfDirect
     }
 
-    /// Stated relative error of some of the elements that adapt: that of all they show, and what they cannot show.
+    /// Stated relative error of some elements that adapt. It includes the error of all numbers that they show, and what they cannot show.
     pub fn error_of_elements(&self, sites: &[usize]) -> f64 {
         let sites_of_map = self.map.len();
         let numbers = (0..self.map.entries() / sites_of_map)
@@ -155,7 +154,7 @@ impl Job {
         Judgement { discretisation, ..judgement }.error_of_part()
     }
 
-    /// Takes the numbering of the scene's elements, which is not kept with the run.
+    /// Takes the element numbering of the scene, which is not stored with the run.
     pub fn take_numbering(&mut self, of_scene: &Elements) {
         if self.kind == MapKind::Elements {
             self.elements.take_numbering(of_scene);
@@ -165,13 +164,13 @@ impl Job {
         }
     }
 
-    /// Whether its elements lose more than the target allows and can be cut no further.
+    /// Whether its elements lose more than the target allows and cannot be cut further.
     pub fn is_finest(&self) -> bool {
         let adaptive = self.adapting.adaptive.as_ref().filter(|_| !self.met && self.looks.judged_samples > 0);
         adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.adapting.loss, self.judgement.mean_lx))
     }
 
-    /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.
+    /// Numbers that an element of the map shows, as an area-weighted mean: its own value and its slopes.
     pub fn numbers_per_site(&self) -> f64 {
         numbers_per_site(&self.weights, self.map.len())
     }
@@ -181,7 +180,7 @@ impl Job {
         &self.weights[..self.map.len()]
     }
 
-    /// Rays of indirect light so far are in no sample of the map any more; those of direct light stay.
+    /// Marks all rays of indirect light so far as no longer part of any sample of the map. Those of direct light stay.
     pub(super) fn give_up_samples(&mut self) {
         self.work.given_up_rays = self.work.rays - self.work.direct_rays;
     }

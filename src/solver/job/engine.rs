@@ -1,4 +1,4 @@
-//! What estimates the indirect light of a map.
+//! Estimators of the indirect light of a map.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,25 +8,25 @@ use crate::solver::Method;
 use crate::solver::local::Kernel;
 use crate::solver::spending::Activity;
 
-/// What estimates the indirect light of a map.
+/// Estimator of the indirect light of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Engine {
     /// Packets of chains are counted on elements.
     Collision,
     /// Walks from receivers.
     Walk,
-    /// Gathering: rays that look cells up, and walks that measure what these have wrong.
+    /// Gathering: rays look cells up, and residual walks measure the error of the cells.
     Gather,
-    /// Vertices of chains score at all receivers.
+    /// Local estimation: vertices of chains score at all receivers.
     Local(Kernel),
 }
 
 impl Engine {
-    /// The unbiased one of a map.
+    /// The unbiased engine for a map.
     pub(super) fn unbiased(scene: &Scene, kind: MapKind, method: Method) -> Engine {
         match (kind, method) {
             (MapKind::Elements, _) => Engine::Collision,
-            // What leaves the scene is counted, too.
+            // Light that leaves the scene is counted, too.
             (MapKind::Receivers(set), _) if scene.receivers[set].is_far_field() => Engine::Collision,
             (MapKind::Receivers(_), Method::Local) => Engine::Local(Kernel::Bounded),
             (MapKind::Receivers(_), Method::LocalNaive) => Engine::Local(Kernel::Naive),
@@ -34,7 +34,7 @@ impl Engine {
         }
     }
 
-    /// What its work at indirect light is; gathering has several kinds.
+    /// Kind of its work on indirect light; `None` for gathering, which has several kinds.
     pub(super) fn activity(self) -> Option<Activity> {
         match self {
             Engine::Gather => None,
@@ -43,7 +43,7 @@ impl Engine {
         }
     }
 
-    /// Name as results tell it.
+    /// Name of the engine in results.
     pub fn name(self) -> &'static str {
         match self {
             Engine::Collision => "collision",

@@ -1,19 +1,20 @@
-//! The rays and the work that each method would take to an error, as pilots tell.
+//! Rays and work that each method would take to reach an error, from the measurements of pilots.
 
 use super::{Engine, Job};
 use crate::maps::REPLICAS;
 use crate::solver::context::Context;
 use crate::solver::regions::POINTS_OF_A_BLOCK;
 
-/// Chains of a replica at which counts are judged for the first time, and walks from each point, which may be fewer where the pilot says
-/// that the target takes few: this share of them, and not fewer than tell how they scatter.
+/// Chains per replica at which counts are judged for the first time, and walks from each point at the first look. If the pilot finds that
+/// the target takes few walks, the first look comes at this share of them. But it never comes before the fewest walks that show their
+/// scatter.
 const FIRST_COUNTED_CHAINS: u64 = 256;
 pub(super) const FIRST_WALKS: u64 = 4;
 const FEWEST_FIRST_WALKS: u64 = 2;
 const SHARE_OF_FIRST_LOOK: f64 = 0.7;
 
-/// What walks from quasi-random first directions take over what independent ones would, as a pilot tells: in 62 receiver sets of 15 made-up
-/// rooms to 1 % between 0.3 and 1.9, in the median this.
+/// Ratio of the walks needed from quasi-random first directions to the independent walks that a pilot predicts. In 62 receiver sets of 15
+/// made-up rooms to 1 % it was between 0.3 and 1.9; this is the median.
 const WALKS_OVER_PILOT: f64 = 0.7;
 
 impl Job {
@@ -22,14 +23,14 @@ impl Job {
         if engine == Engine::Collision { FIRST_COUNTED_CHAINS } else { self.walking.first_walks }
     }
 
-    /// Walks of a replica from each point before the first look on the way to an error, by what the pilot measured.
+    /// Walks per replica from each point before the first look, for a given target error, from the measurements of the pilot.
     pub(super) fn first_walks(&self, error: f64) -> u64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let wanted = WALKS_OVER_PILOT * self.costs.indirect.variance / (error_lx * error_lx * REPLICAS as f64);
         ((SHARE_OF_FIRST_LOOK * wanted).ceil() as u64).clamp(FEWEST_FIRST_WALKS, FIRST_WALKS)
     }
 
-    /// Rays that a slice of its indirect light takes at least, by what the pilot counted.
+    /// Fewest rays of one slice of its indirect light, as counted by the pilot.
     pub fn rays_at_least(&self) -> f64 {
         let entries = match self.engine {
             Engine::Walk if self.walking.sharing.neighbours > 1 => self.map.len().div_ceil(POINTS_OF_A_BLOCK),
@@ -39,12 +40,12 @@ impl Job {
         self.share.rays_per_indirect * REPLICAS as f64 / entries.max(1) as f64
     }
 
-    /// Rays that counting or walking takes to an error in lx, by what the pilot measured: at least those to its first look.
+    /// Rays that counting or walking takes to an error in lx, from the measurements of the pilot; at least the rays to its first look.
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         self.without_gathering(context, error_lx, self.costs.indirect.rays)
     }
 
-    /// The same in work: rays, and what choosing among luminaires takes beside them.
+    /// The same as work: rays, plus the cost of choosing among luminaires.
     pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let rays = self.rays_without_gathering(context, error_lx);
         let choosing =
@@ -62,9 +63,9 @@ impl Job {
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
-    /// Rays of direct and indirect light together to an error in lx, from those that indirect light would take alone.
-    ///
-    /// Rays are best shared out like the roots of what either would take alone; but direct light has one pass at least.
+    /// Rays of direct and indirect light together to an error in lx, from the rays that indirect light alone would take.
+    /// The best split of rays is proportional to the square roots of what each part would take alone. But direct light has at least one
+    /// pass.
     pub(super) fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {
         let direct =
             self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
@@ -73,16 +74,16 @@ impl Job {
         if direct.sqrt() * both >= pass {
             return both * both;
         }
-        // Its chance is then direct/pass of the squared error, and the rest is for the indirect light.
+        // The variance of direct light is then direct/pass of the squared error. The rest is left for indirect light.
         pass + indirect / (1.0 - direct / pass)
     }
 
-    /// Rays of one pass over direct light in all replicas, by what the pilot measured.
+    /// Rays of one pass over direct light in all replicas, from the measurements of the pilot.
     pub(super) fn rays_of_a_pass(&self) -> f64 {
         self.costs.direct.rays * self.map.len() as f64 * REPLICAS as f64
     }
 
-    /// Mean of all its light in lx, by what the pilot measured.
+    /// Mean of all its light in lx, from the measurements of the pilot.
     pub fn mean_without_gathering_lx(&self) -> f64 {
         self.costs.direct.mean_lx + self.costs.indirect.mean_lx
     }

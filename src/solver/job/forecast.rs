@@ -1,4 +1,4 @@
-//! What a map is known to be off by, and what it is still to take.
+//! What is known about the error of a map, and a forecast of the work that it still takes.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,59 +12,59 @@ use crate::solver::ErrorParts;
 use crate::solver::context::Context;
 use crate::solver::spending::Activity;
 
-/// An entry is judged in the time of this many rays, about, and judging for forecasts may take this share of a run.
+/// Judging one entry takes about the time of this many rays. Judging for forecasts may take this share of a run.
 const RAYS_OF_AN_ENTRY: f64 = 1.0;
 const SHARE_OF_JUDGING: f64 = 0.01;
-/// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
+/// Share of the squared target that is left for random error, where elements must be cut before they can meet the target.
 const SHARE_OF_CHANCE: f64 = 0.75;
-// Standard deviations of the logarithm of the work, by what it is told. These, and what follows, were measured in the rooms of even seeds of
-// the proving ground to 3 and 1 %.
-/// Told by a pilot of walks or chains.
+// Standard deviations of the logarithm of the work, by the source of the forecast. These constants and those that follow were measured in
+// the rooms of even seeds of the proving ground to 3 and 1 %.
+/// Deviation of a forecast by a pilot of walks or chains.
 const DEVIATION_BY_PILOT: f64 = 0.5;
-/// Told by a pilot of walks, of a map that is to gather: in some rooms cells are far better than walks can tell.
+/// Deviation of a forecast by a pilot of walks, for a map that will gather: in some rooms cells are far better than walks can predict.
 const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.7;
-/// Told by a look at walks or chains, beside the look's own chance.
+/// Deviation of a forecast by a look at walks or chains, in addition to the random error of the look itself.
 const DEVIATION_OF_LOOK: f64 = 0.15;
-/// Told by a look at counts, beside the look's own chance.
+/// Deviation of a forecast by a look at counts, in addition to the random error of the look itself.
 const DEVIATION_OF_COUNTS: f64 = 0.05;
-/// Told by the plan of a map that gathers, of the work that is left.
+/// Deviation of a forecast of the remaining work by the plan of a map that gathers.
 const DEVIATION_OF_PLAN: f64 = 0.3;
-/// Of all work, where a check has refused the map.
+/// Deviation of a forecast of all work, where a check has refused the map.
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
-/// Where elements are to be cut.
+/// Deviation of a forecast where elements must be cut.
 const DEVIATION_BY_CUTTING: f64 = 0.7;
-/// Powers of the work with which errors fall: of walks and connections from quasi-random points, and of what gathers (to a look, where
-/// cells grow with the rays), and their standard deviation among maps.
+/// Errors fall with the work to these powers: for walks and connections from quasi-random points, and for gathering (up to a look, where
+/// cells grow with the rays). Last, the standard deviation of the power among maps.
 const EXPONENT_OF_WALKS: f64 = 0.55;
 const EXPONENT_OF_GATHERING: f64 = 0.44;
 const DEVIATION_OF_EXPONENT: f64 = 0.04;
-/// Standard deviation of the logarithm of an error of connections from quasi-random points about its law.
+/// Standard deviation of the logarithm of an error of connections from quasi-random points, around their power law.
 const SCATTER_OF_CONNECTIONS: f64 = 0.06;
-/// What walks take over what their pilot says, since a target is met with a margin (measured in eleven made-up rooms).
+/// Ratio of the rays that walks take to what their pilot predicts: a target is met with a margin (measured in eleven made-up rooms).
 const WALKS_BEYOND_PILOT: f64 = 1.25;
-/// Passes of walks that a map takes beyond those forecast: half a pass since passes are whole, and one more where the look there falls short
-/// of the target, as every other does.
+/// Passes of walks that a map takes beyond those forecast. Half a pass is lost because passes are whole. Every second look falls short of
+/// the target and takes one more pass.
 const PASSES_BEYOND_FORECAST: f64 = 1.0;
-/// What local estimation takes over what its pilot says (measured in six made-up rooms and the office).
+/// Ratio of the rays that local estimation takes to what its pilot predicts (measured in six made-up rooms and the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
-/// Rays of one kind after which it is known how fast they are.
+/// Rays of one kind after which their speed is known.
 const TIMED_RAYS: u64 = 20_000;
-/// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
+/// Half of the maps that a check refuses are refused again. Median ratio of the work that a refused map takes to the work to its next look.
 const WORK_OF_REFUSED: f64 = 1.22;
 
-/// What keeps a map from its target but chance, which falls with the work.
+/// What keeps a map from its target, apart from random error, which falls with the work.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hindrance {
-    /// What cells share of its error, as a fraction: it is above the target, and no plan that was tried takes it below.
+    /// The bias of cells, as a fraction of the mean. It is above the target, and no plan that was tried takes it below.
     Cells(f64),
-    /// What its elements cannot show, as a fraction, is above the target: they are to be cut.
+    /// What the map's elements cannot show, as a fraction of the mean. It is above the target, so the elements must be cut.
     Elements(f64),
-    /// A statistical check refused it so many times when it met the target.
+    /// A statistical check refused the map this many times when it met the target.
     Check(u64),
 }
 
 impl Hindrance {
-    /// Whether more of the same work is not known to get rid of it.
+    /// Whether more of the same work is not expected to remove it.
     pub fn is_out_of_reach(&self) -> bool {
         matches!(self, Hindrance::Cells(_))
     }
@@ -74,14 +74,14 @@ impl Hindrance {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct BeforeCut {
     error: ErrorParts,
-    /// Rays that it was still to take, and those that it had taken.
+    /// Rays that it still had to take, and rays that it had taken.
     left: Forecast,
     rays: u64,
 }
 
 impl Job {
-    /// Seconds that a ray of the map's work to come takes, by what rays of its kinds took so far: those of direct light find control
-    /// variates, and take longer than those of walks. `None` before they are timed.
+    /// Seconds per ray of the map's work to come, from the time that rays of the same kinds have taken. Rays of direct light build control
+    /// variates and take longer than those of walks. `None` before rays are timed.
     pub fn seconds_per_ray(&self) -> Option<f64> {
         let timed = |kinds: &[Activity]| self.work.spending.seconds_per_ray(kinds, TIMED_RAYS);
         let of_direct = timed(&[Activity::Direct]);
@@ -97,13 +97,13 @@ impl Job {
         Some(direct_share * of_direct.unwrap_or(indirect_s) + (1.0 - direct_share) * indirect_s)
     }
 
-    /// What is known of it now, to be kept while its elements are cut.
+    /// What is known of the map now, to be stored while its elements are cut.
     pub(super) fn before_cut(&self, context: &Context) -> Option<BeforeCut> {
         let left = self.rays_left(context, context.target_error)?;
         Some(BeforeCut { error: self.error_so_far(context)?, left, rays: self.work.rays })
     }
 
-    /// What keeps it from a target but chance, by its latest look.
+    /// What keeps the map from a target apart from random error, by its latest look.
     pub fn hindrance(&self, target: f64) -> Option<Hindrance> {
         let (judgement, _) = self.looks.latest.as_ref()?;
         if self.looks.refused {
@@ -116,23 +116,23 @@ impl Job {
         (judgement.bias >= target && !is_planned).then_some(Hindrance::Cells(judgement.bias))
     }
 
-    /// The error that it states by its latest look.
+    /// The error that the map states by its latest look.
     pub fn stated_error(&self) -> Option<f64> {
         self.looks.latest.as_ref().map(|(judgement, _)| judgement.stated_error())
     }
 
-    /// Whether anything of its error is known but what its pilot lets expect, be it on coarser elements.
+    /// Whether more is known of its error than its pilot predicts, possibly on coarser elements.
     pub fn has_been_judged(&self) -> bool {
         self.is_judged() || self.adapting.before_cut.is_some()
     }
 
-    /// Whether anything of the error of its present samples is known but what its pilot lets expect.
+    /// Whether more is known of the error of its present samples than its pilot predicts.
     pub fn is_judged(&self) -> bool {
         self.looks.latest.is_some()
     }
 
-    /// The error so far: by the latest look, be it on coarser elements, or what as many rays of walks or counts would leave by the
-    /// pilot. None where the pilot found no light.
+    /// The error so far: from the latest look, possibly on coarser elements, or else the error that the pilot predicts for as many rays of
+    /// walks or counts. `None` if the pilot found no light.
     pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
         match &self.looks.latest {
             Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
@@ -149,11 +149,11 @@ impl Job {
         (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
     }
 
-    /// Looks at the error, to tell it and not to decide by it, where that takes little beside so many rays.
+    /// Judges the error to report it, not to decide by it, if judging is cheap relative to `rays`.
     pub fn judge_for_forecast(&mut self, rays: f64) {
         let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_JUDGING * rays;
         let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
-        // Before a first look there are too few samples to tell more than the pilot.
+        // Before a first look there are too few samples to show more than the pilot.
         let is_new = self.looks.latest.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
         let counts = !self.black && self.engine != Engine::Gather && self.samples > 0 && !self.met;
         if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
@@ -161,13 +161,13 @@ impl Job {
         }
         let mut judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if judgement.mean_lx > 0.0 && !judgement.unseen {
-            // What elements cannot show is what it was.
+            // What elements cannot show stays as it was.
             judgement.discretisation = self.looks.latest.map_or(0.0, |(seen, _)| seen.discretisation);
             self.forecast_from(judgement);
         }
     }
 
-    /// Keeps a judgement as the latest of its present samples, from which forecasts start.
+    /// Stores a judgement as the latest of its present samples, from which forecasts start.
     pub(super) fn forecast_from(&mut self, judgement: Judgement) {
         self.looks.latest = Some((judgement, self.samples));
         let parts = self.score_parts();
@@ -175,8 +175,7 @@ impl Job {
         self.looks.latest_tail_spare = spare_for_tail(parts);
     }
 
-    /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
-    /// no light.
+    /// Rays still needed to reach a target: by its plan, else by its latest look, else by its pilot. `None` if the pilot found no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
         match (&self.looks.latest, self.rays_left_to_gather()) {
             (_, Some(rays)) => Some(self.left_by_plan(rays)),
@@ -187,15 +186,15 @@ impl Job {
         }
     }
 
-    /// What a pilot says is left, or what the look before the elements were cut said, where that is more: a pilot knows nothing of
-    /// elements that are still to be cut.
+    /// The forecast of the pilot, or that of the look before the elements were cut, whichever is more. A pilot contains no information
+    /// about elements that must still be cut.
     fn at_least_as_before(&self, left: Forecast) -> Forecast {
         let before =
             self.adapting.before_cut.map(|before| before.left.less(self.work.rays.saturating_sub(before.rays) as f64));
         before.filter(|before| before.expected > left.expected).unwrap_or(left)
     }
 
-    /// By its plan, of which so many rays are left.
+    /// Forecast from its plan, which has `rays` left.
     fn left_by_plan(&self, rays: f64) -> Forecast {
         let done = self.work.rays as f64;
         let all = done + rays;
@@ -219,12 +218,12 @@ impl Job {
         (self.rays_of_first_look(context) - self.kept_rays() as f64).max(0.0)
     }
 
-    /// Rays of the first look at what gathers.
+    /// Rays of the first look at a map that gathers.
     fn rays_of_first_look(&self, context: &Context) -> f64 {
         self.gathering.goal.direct as f64 * self.rays_of_a_pass() + self.rays_to_first_look(context.target_error)
     }
 
-    /// Rays of the chains that tell where flux goes, for elements that count none.
+    /// Rays of the chains that show where the flux goes, for elements that count no chains.
     pub fn rays_of_balance(&self) -> f64 {
         let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gather;
         let rays_of_a_chain = self.costs.indirect.rays * self.elements.len() as f64;
@@ -244,19 +243,19 @@ impl Job {
             _ if error_lx <= 0.0 => return None,
             _ if self.is_to_be_cut() => {
                 let without = self.rays_without_gathering(context, error_lx);
-                // Coarse elements are there where the map may gather.
+                // Coarse elements exist if the map may gather.
                 let by_gathering =
                     self.adapting.coarse.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
                 (without.min(by_gathering), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
             (_, Engine::Gather) => {
-                // After a first look it goes over to local estimation where that takes less.
+                // After a first look the map changes to local estimation if that takes less.
                 let by_gathering = self.work_by_gathering(context, target);
                 let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
                 let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
-                // Half of the maps walk in the end: in the middle between what is hoped for and that.
+                // Half of the maps walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
                 let beyond_look = (hoped * self.rays_without_gathering(context, error_lx)).sqrt();
                 (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
             }
@@ -274,7 +273,7 @@ impl Job {
         (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
     }
 
-    /// By its samples so far and the error that they left.
+    /// Forecast from the samples so far and the error that remained.
     fn left_by_look(&self, context: &Context, target: f64) -> Forecast {
         let Some((judgement, seen_at)) = &self.looks.latest else {
             return Forecast::default();
@@ -304,11 +303,11 @@ impl Job {
         let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
         let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
-        // A tail may hold the map up not at all, or twice as often as expected.
+        // A tail may not delay the map at all, or it may delay it twice as often as expected.
         let of_tail = work_for_tail(self.looks.latest_tail_spare).ln() / NINE_OF_TEN;
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt()).hypot(of_tail);
-        // What the pilot said counts the more the less the look tells, and the less the farther it is from that: it may have missed
-        // what few walks or chains bring.
+        // The pilot's forecast weighs more if the look is uncertain, and less if it is far from the look's forecast. The pilot may have
+        // missed what few walks or chains bring.
         match self.rays_by_pilot(context, target) {
             Some((rays, of_pilot)) => {
                 let rays = rays * passing / needed;
@@ -319,7 +318,7 @@ impl Job {
         }
     }
 
-    /// Rays that so many samples take in all, by those so far: passes over direct light do not grow evenly with samples.
+    /// Rays that `samples` samples take in all, estimated from those so far. Passes over direct light do not grow evenly with samples.
     fn rays_of(&self, samples: f64) -> f64 {
         let passes = self.map.direct_samples.complete.max(1) as f64;
         let direct = self.work.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
@@ -327,8 +326,8 @@ impl Job {
         direct + indirect * samples
     }
 
-    /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target: of what gathers,
-    /// direct light or rays double, taken to be the more of them.
+    /// Rays that a map must take once more if a statistical check refuses it when it meets the target. For gathering, direct light or rays
+    /// double; the larger of the two is assumed.
     pub fn rays_if_refused(&self, left: f64) -> f64 {
         let all = self.kept_rays() as f64 + left;
         match &self.gathering.progress {
@@ -341,7 +340,7 @@ impl Job {
         }
     }
 
-    /// Power of the work with which its error falls: docs/methods.md, "The forecast".
+    /// The power of the work with which its error falls: docs/methods.md, "The forecast".
     pub fn error_exponent(&self) -> f64 {
         match self.engine {
             Engine::Collision => EXPONENT_OF_INDEPENDENT_SAMPLES,

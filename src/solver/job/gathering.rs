@@ -1,4 +1,4 @@
-//! A job that gathers: how it begins, goes forward, is summed up, and what it needs next.
+//! Jobs that gather: how they begin, go forward and are summed up, and what they need next.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,61 +16,63 @@ use crate::solver::regions::regions_of;
 use crate::solver::spending::Activity;
 use crate::solver::starts::Starts;
 
-/// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.
+/// Rays of all replicas before the first look, and the fewest and most passes over the entries that they make.
 const FIRST_RAYS: u64 = 400_000;
 const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
-/// Rays that fill of every entry before the first look for an error of 1 % or less, and in a half at most; walks of each entry that walks.
+/// Rays of a half that fill cells, per entry, before the first look for an error of 1 % or less; the most of them in a half; and walks of
+/// each entry that walks.
 const FIRST_FILLS: u64 = 16;
 const MOST_FILLS: u64 = 1 << 20;
 const USUAL_ERROR: f64 = 0.01;
 const FIRST_WALKS: u64 = 4;
-/// Entries that walk at first, of more: a thousand of them would know the mean square half as well by as many walks. Fewer where walks are
-/// so long that these would take more rays than all else.
+/// Most entries that walk at first: with equally many walks, a thousand entries would determine the mean square half as well. Fewer entries
+/// walk if walks are so long that they would take more rays than all other work.
 const FIRST_WALKERS: f64 = 256.0;
 const LEAST_WALKERS: f64 = 16.0;
-/// Walks of one entry that know its bias well enough, over those that know its illuminance; and rays of all kinds for every gathering
-/// ray. Measured in six rooms of the proving ground.
+/// Ratio of the walks of one entry that determine its bias well enough to those that determine its illuminance; and rays of all kinds per
+/// gathering ray. Measured in six rooms of the proving ground.
 const WALKS_OF_AN_ENTRY: f64 = 0.4;
 const RAYS_OF_A_RAY: f64 = 1.0;
-/// What a ray of gathering takes beside one of a walk: it looks cells up, which are solved for and judged at every look. Measured in eleven
-/// kinds of rooms: 1.2 to 2. With 1.0 to 1.3 `auto` takes as long in the mean (eleven rooms to 1 %), longer in furnished ones.
+/// Work of a gathering ray relative to a ray of a walk. It looks cells up, which are solved and judged at every look. Measured in eleven
+/// kinds of rooms: 1.2 to 2. With 1.0 to 1.3 `auto` takes as long in the mean (eleven rooms to 1 %), and longer in furnished rooms.
 const WORK_OF_A_GATHERING_RAY: f64 = 1.6;
-/// Rays, about, that a ray takes which fills cells, and that a walk takes.
+/// Approximate rays for one ray that fills cells, and for one walk.
 const RAYS_OF_A_FILL: f64 = 5.0;
 const RAYS_OF_A_WALK: f64 = 5.0;
-/// Samples that a cell takes at most, over the rays of an entry that fill cells.
+/// Most samples of a cell, relative to the rays per entry that fill cells; and an upper limit for them.
 const SAMPLES_OF_A_FILL: u64 = 4;
 const MOST_SAMPLES: u64 = 4096;
-/// Share of the work without cells up to which a first look at them is taken in any case, and what that work is then taken to be.
+/// A first look at cells is taken in any case if it takes up to this share of the work without cells. The work by cells then counts as at
+/// most the second share.
 pub const SHARE_OF_A_LOOK: f64 = 0.1;
 const WORTH_A_LOOK: f64 = 0.99;
-/// Share of the squared error that direct light may have at the first look, if few passes make it so.
+/// Share of the squared error that direct light may have at the first look, if few passes achieve it.
 const DIRECT_SHARE: f64 = 0.3;
-/// A kind of work grows by this factor at most from one look to the next, and by this one at least where it grows at all.
+/// A kind of work grows by at most the first factor from one look to the next. If it grows at all, it grows by at least the second factor.
 const MOST_GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 1.1;
 
-/// Coarse elements that gather for those that adapt at first, at an error of 1 %, and at least.
+/// Number of coarse elements that gather for elements that adapt: at first at an error of 1 %, and at least.
 const COARSE_AT_ONE_PERCENT: f64 = 200.0;
 const FEWEST_COARSE: f64 = 128.0;
-/// Share of the squared target that chance is planned for at least, however much elements cannot show.
+/// Smallest share of the squared target that is planned for random error, however much elements cannot show.
 const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
-/// How far a map that gathers is to go before it is judged, in passes over its entries.
+/// How far a map that gathers goes before it is judged, in passes over its entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GatheringGoal {
-    /// Of direct light.
+    /// Passes of direct light.
     pub direct: u64,
-    /// Rays of a half that fill cells: of these the number, since a part of the entries may do.
+    /// Rays of a half that fill cells. This is a number of rays, not of passes, since a part of the entries may be enough.
     pub fills: u64,
-    /// Of gathering rays.
+    /// Passes of gathering rays.
     pub rays: u64,
-    /// Of residual walks.
+    /// Passes of residual walks.
     pub walks: u64,
 }
 
-/// What gathers: the elements or points of a map, or the coarser elements that gather for those that adapt.
+/// What gathers: the elements or points of a map, or the coarse elements that gather for those that adapt.
 fn gatherer_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
@@ -80,7 +82,7 @@ fn gatherer_of<'a>(
     Gatherer { starts: starts_of(context, kind, given, coarse), slopes: coarse.is_some() }
 }
 
-/// Where rays and walks start: in the elements or points of a map, or in the coarser elements that gather for those that adapt.
+/// Where rays and walks start: in the elements or points of a map, or in the coarse elements that gather for those that adapt.
 pub(super) fn starts_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
@@ -96,7 +98,7 @@ pub(super) fn starts_of<'a>(
     }
 }
 
-/// What comes next on the way to a goal.
+/// The kind of work that comes next on the way to a goal.
 fn next_of(progress: &GatheringProgress, goal: &GatheringGoal) -> Option<Activity> {
     if progress.filled() < goal.fills {
         Some(Activity::Cells)
@@ -108,16 +110,16 @@ fn next_of(progress: &GatheringProgress, goal: &GatheringGoal) -> Option<Activit
 }
 
 impl Job {
-    /// Whether cells can tell all light of the map: not of what an eye sees, nor of light that only chains find on elements.
+    /// Whether cells can give all light of the map. They cannot give what an eye sees, nor light on elements that only chains find.
     pub fn can_gather(&self, context: &Context) -> bool {
         let finds_all = self.kind != MapKind::Elements || context.stage.paths_not_found.is_empty();
         let counts = self.weights.iter().any(|weight| *weight > 0.0);
         finds_all && counts && !self.black && !self.is_seen(context)
     }
 
-    /// Makes ready for gathering, for an error: elements that adapt get coarser ones, and a pilot tells of walks from elements.
+    /// Prepares gathering for a target error: elements that adapt get coarse ones, and a pilot measures walks from elements.
     pub fn prepare_gathering(&mut self, context: &Context, error: f64) {
-        // Before elements are cut nothing is known to cover them: so much is enough for a forecast.
+        // Before elements are cut, no contact occlusion is known. This is enough for a forecast.
         let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
         let adapts_to = match &self.adapting.adaptive {
             Some(adaptive) => Some((adaptive.target_error(), &adaptive.exposed)),
@@ -140,12 +142,12 @@ impl Job {
         }
     }
 
-    /// Rays of a walk, as the pilot counted them.
+    /// Rays of a walk, as counted by the pilot.
     pub fn rays_of_a_walk(&self) -> f64 {
         self.costs.walked.rays
     }
 
-    /// What holds its indirect light: its own map, or that of coarser elements.
+    /// The map that holds its indirect light: its own, or that of coarse elements.
     pub fn gathered(&self) -> &ReplicaMap {
         self.adapting.coarse.as_ref().map_or(&self.map, |coarse| &coarse.map)
     }
@@ -155,11 +157,10 @@ impl Job {
         self.adapting.coarse.as_ref().map_or(&self.weights, |coarse| &coarse.weights)
     }
 
-    /// Work by cells to an error, in rays, by what the pilot measured of walks.
-    ///
-    /// A ray has about the chance of a walk; filling cells takes half as many again. Walks must measure the bias to a share of the
-    /// squared error: over K entries they know the mean square by √(2K) of what one entry takes. What choosing luminaires takes
-    /// beside rays counts as it does for walks.
+    /// Work by cells to an error, in rays, from what the pilot measured of walks.
+    /// A ray has about the variance of a walk; filling cells takes half as many rays again. Walks must measure the bias to a share of the
+    /// squared error: over K entries they determine the mean square with √(2K) times the walks of one entry. Choosing luminaires takes work
+    /// beside rays, which counts as it does for walks.
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let entries = self.gathered().len() as f64;
@@ -170,12 +171,12 @@ impl Job {
         let looks_out = context.stage.would_learn_selection_by_cell(rays);
         let choosing = if looks_out { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
-        // Where a look is cheap beside walks it is taken: it tells more than the pilot of walks can.
+        // If a look is cheap relative to walks it is taken: it shows more than the pilot of walks can.
         let without = self.work_without_gathering(context, error_lx);
         if to_first_look < SHARE_OF_A_LOOK * without { work.min(WORTH_A_LOOK * without) } else { work }
     }
 
-    /// Rays of indirect light before the first look, about.
+    /// Rays of indirect light before the first look, approximately.
     pub fn rays_to_first_look(&self, error: f64) -> f64 {
         let first = self.first_goal(error);
         let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
@@ -184,7 +185,7 @@ impl Job {
         filled + REPLICAS as f64 * (gathered + walked)
     }
 
-    /// Rays that gathering still takes by the latest plan; `None` where there is none yet.
+    /// Rays that gathering still takes by the latest plan; `None` if there is no plan yet.
     pub fn rays_left_to_gather(&self) -> Option<f64> {
         self.gathering
             .growth
@@ -192,7 +193,7 @@ impl Job {
             .map(|(growth, planned_at)| (growth.rays - (self.work.rays - planned_at) as f64).max(0.0))
     }
 
-    /// The same as work, to be held against that of other ways.
+    /// Work that gathering still takes by the latest plan, for comparison with the work of other methods.
     pub fn work_left_to_gather(&self) -> Option<f64> {
         self.rays_left_to_gather().map(|rays| WORK_OF_A_GATHERING_RAY * rays)
     }
@@ -228,7 +229,7 @@ impl Job {
         self.begin_gathering(context);
     }
 
-    /// Begins anew on the elements that there are now; cells stay.
+    /// Begins gathering anew on the present elements. Cells are kept.
     pub fn begin_gathering(&mut self, context: &Context) {
         self.map.indirect_unit_lx = Unit::Lux;
         if let (Some(coarse), Some(adaptive)) = (&self.adapting.coarse, &mut self.adapting.adaptive) {
@@ -249,7 +250,7 @@ impl Job {
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
-    /// A slice on the way to the goal; whether it is there.
+    /// Does one slice towards the goal. Returns whether the goal is reached.
     pub(super) fn gather_a_slice(&mut self, context: &Context, sets: &mut CellSets) -> bool {
         let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
@@ -278,18 +279,18 @@ impl Job {
         self.gathering.progress.as_ref().map_or(0, GatheringProgress::bytes)
     }
 
-    /// What the next slice of a map that gathers is about.
+    /// Kind of work in the next slice of a map that gathers.
     pub(super) fn next_of_gathering(&self) -> Activity {
         let next = self.gathering.progress.as_ref().and_then(|progress| next_of(progress, &self.gathering.goal));
         next.unwrap_or(Activity::Gathering)
     }
 
-    /// Whether walks have passed over those entries at least once that are to walk, so that the map's bias is known.
+    /// Whether walks have passed at least once over the entries that must walk, so that the map's bias is known.
     pub fn knows_its_bias(&self) -> bool {
         self.gathering.progress.as_ref().is_none_or(|progress| progress.passes() > 0 && progress.knows_its_bias())
     }
 
-    /// Goes over to walks or counting; direct light stays as far as it is.
+    /// Changes to walks or counting. Direct light keeps its samples.
     pub fn stop_gathering(&mut self, context: &Context) {
         (self.gathering.progress, self.gathering.growth, self.adapting.coarse) = (None, None, None);
         self.map.forget_gathered();
@@ -308,7 +309,7 @@ impl Job {
         self.samples = 0;
     }
 
-    /// Sums up what cells told, to be judged and read.
+    /// Sums up the light from cells, so that it can be judged and read.
     pub fn settle_gathering(&mut self, sets: Option<&mut CellSets>) {
         let (Some(sets), Some(progress)) = (sets, &mut self.gathering.progress) else {
             return;
@@ -340,8 +341,8 @@ impl Job {
         })
     }
 
-    /// Plans the way to a target by the latest look, and sets the next goal; without a target all work doubles. A map that a check
-    /// refused has too few scores of direct light or of rays: those double whose single scores weigh more.
+    /// Plans the way to a target by the latest look, and sets the next goal. Without a target all work doubles. A map that a check refused
+    /// has too few scores of direct light or of rays. The kind whose single scores weigh more is doubled.
     pub fn plan_gathering(&mut self, target: Option<f64>) {
         let Some(parts) = self.gathering_parts() else {
             return;
@@ -383,7 +384,7 @@ impl Job {
             rays: more(now.rays, rays),
             walks: more(now.walks, walks),
         };
-        // Where the prediction was met and the judgement was not, a little more of everything.
+        // If the predicted work is done and the map is still not accepted, a little more of everything.
         let eighth = |now: u64| now + now.div_ceil(8);
         self.gathering.goal = if goal == now {
             GatheringGoal {

@@ -1,4 +1,4 @@
-//! What becomes of a job's judgement, whether it made its samples itself or shares did.
+//! What follows from the judgement of a job, whether the job made its samples itself or shares of a run made them.
 
 use super::{Engine, Job, PACKETS_OF_A_BOUND};
 use crate::control::statistical_checks;
@@ -7,7 +7,8 @@ use crate::solver::context::Context;
 use crate::solver::local::Kernel;
 
 impl Job {
-    /// Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
+    /// Sets an upper bound on the error where direct light is known but no light has been reflected yet: what N chains have not found is
+    /// below 3/N.
     pub(super) fn bound_unseen(&mut self, context: &Context, chains: u64) {
         if !self.judgement.unseen || self.judgement.dark || self.engine == Engine::Gather {
             return;
@@ -29,12 +30,13 @@ impl Job {
         });
     }
 
-    /// What single scores say of direct light and of indirect.
+    /// Evidence from single scores, of direct light and of indirect light.
     pub(super) fn score_parts(&self) -> [ScoreEvidence; 2] {
         let [mut direct, _] = self.map.score_evidence();
         let [_, mut indirect] = self.gathered().score_evidence();
-        // Laws that have an end look like a tail where entries of many sizes are pooled: what cells answer, the bounded kernel, and direct
-        // light at points, which differs from what is expected by no more than an emitter brings unshadowed over its share of the looks.
+        // Distributions with an upper bound look like a heavy tail where entries of many sizes are pooled. This holds for answers of cells,
+        // for the bounded kernel, and for direct light at points. There the difference to the expectation is limited: to the unshadowed
+        // light of an emitter over its share of the light samples.
         if matches!(self.engine, Engine::Gather | Engine::Local(Kernel::Bounded)) {
             indirect.shape = None;
         }
@@ -44,8 +46,8 @@ impl Job {
         [direct, indirect]
     }
 
-    /// Runs the statistical checks on what has been judged; whether all pass. Keeps what they found, and the samples at which one
-    /// first refused.
+    /// Runs the statistical checks on the present judgement. Returns whether all pass. Keeps their findings, and the samples at which a
+    /// check first refused.
     pub fn run_checks(&mut self, target_error: Option<f64>) -> bool {
         let parts = self.score_parts();
         self.looks.checks =

@@ -1,4 +1,4 @@
-//! A job of what leaves the scene, and which jobs are of what is seen.
+//! Jobs for light that leaves the scene, and the test whether a job is for what is seen.
 
 use super::Job;
 use crate::maps::{MapKind, REPLICAS};
@@ -7,7 +7,7 @@ use crate::solver::context::Context;
 use crate::solver::sweep::leaving_chains;
 
 impl Job {
-    /// A slice of chains that are counted by where they leave the scene to, towards a number of them.
+    /// Does one slice of chains, counted by the direction in which they leave the scene, towards `goal` chains.
     pub(super) fn chains_out_until(&mut self, context: &Context, set: usize, table: &IntensityTable, goal: u64) {
         let done = self.map.indirect_samples.complete;
         let rays = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
@@ -20,7 +20,7 @@ impl Job {
         self.map.indirect_samples.complete = until;
     }
 
-    /// Whether it is what an eye sees, or what is seen from afar, which gathering does not know.
+    /// Whether the map is a luminance or an intensity (seen by an eye or from afar). Gathering cannot compute these.
     pub fn is_seen(&self, context: &Context) -> bool {
         match self.kind {
             MapKind::Receivers(set) => {

@@ -1,4 +1,4 @@
-//! Jobs that shares have done: their sums are added, and judged like those of any other.
+//! Jobs done by shares of a run: their sums are added, and judged like those of any other job.
 
 use super::{Engine, Job};
 use crate::control::accepts;
@@ -8,7 +8,7 @@ use crate::solver::context::Context;
 use crate::solver::local::Kernel;
 
 impl Engine {
-    /// The engine of this name; where shares had several, the unbiased one of the map.
+    /// The engine of this name; if shares had several engines, the unbiased one of the map.
     pub fn named(name: Option<&str>, scene: &Scene, kind: MapKind, method: crate::solver::Method) -> Engine {
         let unbiased = Engine::unbiased(scene, kind, method);
         let all = [Engine::Gather, Engine::Walk, Engine::Local(Kernel::Bounded), Engine::Local(Kernel::Naive)];
@@ -17,7 +17,7 @@ impl Engine {
 }
 
 impl Job {
-    /// A job whose sums are yet to come: no pilot, no plan.
+    /// Creates a job for sums that are added later, without pilot or plan.
     pub fn to_merge(context: &Context, kind: MapKind, bound: bool, engine: Engine, counts_packets: bool) -> Job {
         let (mut map, weights, elements) = match kind {
             MapKind::Elements => {
@@ -35,7 +35,7 @@ impl Job {
         Job::bare(context, kind, elements, (map, weights), bound, engine)
     }
 
-    /// Judges sums that so many chains have made. Shares know nothing of each other, so that the looks after each are a history.
+    /// Judges sums that `chains` chains have made. Shares are independent of each other, so the looks after each share form a history.
     pub fn judge_merged(&mut self, context: &Context, chains: u64) {
         let map = &self.map;
         self.samples = if self.black { map.direct_samples.complete } else { map.indirect_samples.complete };
@@ -45,7 +45,7 @@ impl Job {
         self.note_judgement();
     }
 
-    /// Holds merged sums against the target, and against the statistical checks.
+    /// Compares merged sums with the target and runs the statistical checks.
     pub fn settle_merged(&mut self, target_error: Option<f64>) {
         let passes = self.run_checks(target_error);
         let accepted = target_error.is_some_and(|target| accepts(target, &self.judgement));

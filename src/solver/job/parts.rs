@@ -1,4 +1,4 @@
-//! What a map in the making keeps, part by part: looks at its error, its costs, and what each way of estimating it needs.
+//! The state of a map in progress, part by part: looks at its error, its costs, and what each estimator needs.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,28 +19,29 @@ use crate::solver::pilot::PartCost;
 use crate::solver::regions::Groups;
 use crate::solver::spending::Spending;
 
-/// What looks at the error of its present samples have found.
+/// Findings of the looks (error checks) at its present samples.
 #[derive(Serialize, Deserialize)]
 pub struct Looks {
     /// All judgements.
     pub history: History,
-    /// Samples at the latest.
+    /// Samples at the latest judgement.
     pub judged_samples: u64,
-    /// What is known of the error, and the samples of which it is known: the latest judgement, or one for forecasts
-    /// alone since (`Job::judge_for_forecast`).
+    /// The latest known error and the number of samples at which it was found. It comes from the latest judgement, or from a later one made
+    /// only for a forecast (`Job::judge_for_forecast`).
     pub latest: Option<(Judgement, u64)>,
-    /// Scores that carried its variance then, effectively.
+    /// Effective number of scores that carried the variance at that time.
     pub latest_scores: f64,
-    /// Times its squared error that it would have to bear then for its tail not to hold it up.
+    /// Multiple of its squared error at that time that the map must tolerate so that its tail does not delay acceptance. 1 if no tail is
+    /// heavy.
     pub latest_tail_spare: f64,
-    /// What the statistical checks found when they were last run: they are run again where a run goes on.
+    /// Findings of the latest statistical checks. They are not stored: a resumed run runs the checks again.
     #[serde(skip)]
     pub checks: Vec<StatisticalCheck>,
     /// Samples at which a statistical check first refused the map.
     pub held_since: Option<u64>,
-    /// Looks at which the stop rule accepted it and a statistical check refused.
+    /// Number of looks at which the stop rule accepted the map and a statistical check refused it.
     pub refusals: u64,
-    /// Whether the latest was one of them.
+    /// Whether the latest look was one of them.
     pub refused: bool,
 }
 
@@ -60,14 +61,14 @@ impl Default for Looks {
     }
 }
 
-/// What a sample of either kind of light costs, as pilots measured.
+/// Cost of a sample of direct light and of indirect light, as measured by pilots.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Costs {
     /// Of direct light.
     pub direct: PartCost,
     /// Of indirect light by chains or walks.
     pub indirect: PartCost,
-    /// The same of walks from where gathering rays start.
+    /// Of indirect light by walks from where gathering rays start.
     pub walked: PartCost,
 }
 
@@ -76,52 +77,53 @@ pub struct Costs {
 pub struct WorkDone {
     /// Rays traced for the map.
     pub rays: u64,
-    /// Rays of the pilots that planned it, beside these.
+    /// Rays of the pilots that planned it, not included in `rays`.
     pub pilot_rays: u64,
-    /// Of its rays, those of direct light since the map began or started anew.
+    /// Those of `rays` that were for direct light since the map began or started anew.
     pub direct_rays: u64,
-    /// Of its rays, those whose samples were given up when the map started anew.
+    /// Those of `rays` whose samples were given up when the map started anew.
     pub given_up_rays: u64,
-    /// Rays and seconds by what they were for, those of pilots left out.
+    /// Rays and seconds by kind of work, without pilots.
     pub spending: Spending,
-    /// How large the next slices of work are.
+    /// Sizes of the next slices of work.
     pub slices: SliceSizes,
 }
 
-/// Of elements that adapt, and of others from which walks or rays start.
+/// State of elements that adapt, and of other elements from which walks or rays start.
 #[derive(Default, Serialize, Deserialize)]
 pub struct AdaptingState {
-    /// Share of each that is exposed, where walks or rays start from elements as given: these count as a whole. Else empty.
+    /// Exposed share (not hidden by contact) of each element, where walks or rays start from the given elements; these count as a whole.
+    /// Otherwise empty.
     pub exposed: Vec<f64>,
-    /// What elements that adapt keep beside their sums.
+    /// Data that elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
-    /// The first of these in the making, before the run.
+    /// The first adaptive elements, while they are being cut before the run.
     #[serde(skip)]
     pub cutting: Option<Box<Cutting>>,
-    /// The elements that gather indirect light for those that adapt.
+    /// Coarse elements that gather indirect light for those that adapt.
     pub coarse: Option<CoarseElements>,
-    /// What adaptive elements cannot show, by the latest look.
+    /// What adaptive elements cannot show, from the latest look.
     pub loss: Loss,
-    /// Whether they cannot show what the target asks for, and can be cut no further.
+    /// Whether they cannot show what the target requires and cannot be cut further.
     pub finest: bool,
-    /// What was known when the map was last begun anew: until the next look that says more than a pilot.
+    /// What was known when the map last started anew. It is used until a look gives more than a pilot.
     pub(super) before_cut: Option<BeforeCut>,
 }
 
-/// Of a map that walks.
+/// State of a map that walks.
 #[derive(Serialize, Deserialize)]
 pub struct WalkingState {
-    /// Walks of each point in a pass.
+    /// Walks from each point in a pass.
     pub allotment: Allotment,
-    /// How neighbours share what their walks meet first, and their groups once they have walked.
+    /// How neighbours share the first hits of their walks, and the groups of neighbours once they have walked.
     pub sharing: Sharing,
     #[serde(skip)]
     pub groups: Option<Groups>,
-    /// Walks of a replica from each point before the first look.
+    /// Walks per replica from each point before the first look.
     pub first_walks: u64,
     /// How often walks have begun anew.
     pub beginnings: u32,
-    /// Work to the target over what even walks would take: what sharing them out has brought, and what it is expected to bring.
+    /// Work to the target relative to even walks: the factor gained by sharing walks out so far, and the factor still expected.
     pub brought: f64,
     pub to_come: f64,
 }
@@ -140,25 +142,25 @@ impl Default for WalkingState {
     }
 }
 
-/// Of a map that gathers.
+/// State of a map that gathers.
 #[derive(Default, Serialize, Deserialize)]
 pub struct GatheringState {
     /// What it has gathered so far.
     pub progress: Option<GatheringProgress>,
-    /// How far it is to go before the next look.
+    /// How far it goes before the next look.
     pub goal: GatheringGoal,
-    /// What it needs to the target by the latest look, and the rays at that.
+    /// What it needs to the target by the latest look, and the rays at that look.
     pub growth: Option<(GatheringGrowth, u64)>,
-    /// Least and most rays, about, that the plan would take if the look were off.
+    /// Fewest and most rays, approximately, that the plan would take if the look were inaccurate.
     pub bounds: Option<[f64; 2]>,
 }
 
-/// Of a map by local estimation.
+/// State of a map by local estimation.
 #[derive(Default, Serialize, Deserialize)]
 pub struct ConnectingState {
-    /// Its rounds, where vertices of chains score.
+    /// Its rounds, in which vertices of chains score.
     pub plan: Option<LocalPlan>,
-    /// Local estimation, once it has been weighed after a look.
+    /// Local estimation, once it has been considered after a look.
     #[serde(with = "crate::solver::choice::kept_offer")]
     pub offered: Option<Offered>,
 }

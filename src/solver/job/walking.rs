@@ -1,4 +1,4 @@
-//! A job whose points walk.
+//! Jobs that walk from points.
 
 use std::ops::Range;
 
@@ -10,16 +10,16 @@ use crate::solver::pilot::{DirectShare, PartCost};
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK};
 use crate::solver::sweep::{self, PointWalks};
 
-/// Walks are shared out anew where the target takes so many times the work so far: before, little is known of rare bright walks; later, too
-/// much is given up.
+/// Walks are shared out anew where the work to the target is this many times the work so far. Earlier, little is known of rare bright
+/// walks; later, too much work is given up.
 const WORK_LEFT: Range<f64> = 8.0..20.0;
-/// And where the passes to come are so many times those to a first look.
+/// A second condition: the passes to come are at least this many times those to a first look.
 const FEWEST_LOOKS: f64 = 2.0;
-/// Bit of a stream's number from which on it counts how often walks have begun anew.
+/// Lowest of the bits of a stream's number that count how often walks have begun anew.
 const BEGINNINGS_BIT: u32 = 24;
 
 impl Job {
-    /// A slice of walks from the points of a receiver set, towards a number of passes over them.
+    /// Does one slice of walks from the points of a receiver set, towards `goal` passes over them.
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
         let rays = self.share.rays_per_indirect;
         let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
@@ -40,7 +40,7 @@ impl Job {
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }
 
-    /// Finds the groups of neighbours that share their walks, where any do and as long as they are not known.
+    /// Finds the groups of neighbours that share walks, if walks are shared and the groups are not known yet.
     fn divide_into_groups(&mut self, context: &Context, set: usize) {
         let most = self.walking.sharing.neighbours;
         if most > 1 && self.walking.groups.is_none() {
@@ -49,8 +49,8 @@ impl Job {
         }
     }
 
-    /// Shares walks out anew where some points scatter far more than others and the target takes so many times the work so far, which is
-    /// given up: walks begin anew. Direct light stays as far as it is.
+    /// Shares walks out anew if some points scatter far more than others and the target takes `needed` times the work so far. That work is
+    /// given up and walks begin anew. Direct light keeps its samples.
     pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
         self.walking.to_come = 1.0;
         let MapKind::Receivers(set) = self.kind else {
@@ -89,7 +89,7 @@ impl Job {
         self.next_judgement = self.first_samples();
     }
 
-    /// What was walked is given up.
+    /// Gives up all walks so far.
     pub(super) fn begin_walks_anew(&mut self) {
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();
@@ -99,8 +99,8 @@ impl Job {
         self.samples = 0;
     }
 
-    /// Variance of a walk from every point, times the point's weight, as the even and the odd half say, but for a factor. Neighbours that share
-    /// walks take as many each: they have their mean.
+    /// Variance of one walk from every point times the point's weight, up to a common factor, for the even and the odd half. Neighbours
+    /// that share walks have equally many walks, so each gets the mean of its group.
     fn variances_of_walks(&self) -> Vec<[f64; 2]> {
         let variances = |entry: usize| {
             let of_passes = half_squares(|replica| self.map.indirect[replica][entry]);

@@ -1,9 +1,7 @@
-//! The pilot of local estimation: how many walks stand beside the chains, which bound follows from that, and how many
-//! connections are made.
-//!
-//! Walks get about half the rays of chains, which is never far from the best. With B chains to
-//! W walks from every receiver a place of illuminance E is met by chains B E/Φ times per area, by walks W K/π times: the
-//! bound c = π B E/(Φ W) leaves each what it meets more often (Veach and Guibas 1995).
+//! The pilot of local estimation: the number of walks per chain, the bound that follows from it, and the number of connections.
+//! Walks get about half the rays of chains, which is never far from the best. Let a round have B chains and W walks from every receiver. A
+//! point of illuminance E is met by chains B E/Φ times per area, and by walks W K/π times. The bound c = π B E/(Φ W) gives each of the two
+//! what it meets more often (Veach and Guibas 1995).
 
 use std::f64::consts::PI;
 
@@ -19,50 +17,53 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::solver::context::Context;
 use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES};
 
-/// Chains of the pilot at least and at most, and work by the cheapest other way for which it traces each of them.
+/// Fewest and most chains of the pilot, and work by the cheapest other method per chain that it traces.
 const FEWEST_CHAINS: usize = 256;
 const MOST_CHAINS: usize = 2048;
 const WORK_A_CHAIN: f64 = 2e4;
-/// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps at most: in nearly
-/// white rooms chains have thousands of vertices.
+/// Fewest and most entries at which the pilot's chains score, and the most pairs of vertices and entries that it stores: in nearly white
+/// rooms chains have thousands of vertices.
 const FEWEST_ENTRIES: usize = 4;
 const MOST_ENTRIES: usize = 256;
 const MOST_PAIRS: usize = 2_000_000;
-/// The same at least, and for each ray's work at stake: a pair is weighed at some thirty bounds and thresholds, in half the time of a ray.
+/// Lower limit for the allowed number of pairs, and pairs per ray of work at stake. A pair is evaluated at some thirty bounds and
+/// thresholds, in half the time of a ray.
 const FEWEST_PAIRS: usize = 250_000;
 const PAIRS_AT_STAKE: f64 = 0.1;
-/// Vertices that it keeps, about, some 150 bytes each: in white places single chains have hundreds of thousands.
+/// Approximate number of vertices that it stores, some 150 bytes each: in nearly white rooms single chains have hundreds of thousands.
 const MOST_VERTICES: usize = 400_000;
-/// Of a pilot that traces its connections: entries at most, and share of the work at stake that its connections may take.
+/// For a pilot that traces its connections: most entries, and the share of the work at stake that its connections may take.
 const MOST_TRACED_ENTRIES: usize = 32;
 const SHARE_OF_TRACING: f64 = 0.02;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
-/// Thresholds that are tried, each half of the one before, the first so many halves of the largest score.
+/// Number of thresholds that are tried; halvings of the largest score to the first one; and the ratio of each to the next.
 const THRESHOLDS: i32 = 10;
 const FIRST_THRESHOLD: i32 = 3;
 const STEP: f64 = 2.0;
-/// Batches of the pilot's chains, each of its own quasi-random points, and the replica of the first one's stream.
+/// Batches of the pilot's chains, each with its own quasi-random points, and the replica number of the first one's stream.
 const BATCHES: usize = 8;
 const FIRST_BATCH: u32 = 16;
-/// Variance of independent chains over that of a run's quasi-random ones: what the pilot's batches show of it by this power, so many
-/// times. It grows with the number of points the faster, the larger it is with few. Measured in 18 maps of eleven made-up rooms:
-/// work within a factor of 1.3 in two of three maps, where a gain of 4 for all is off by 1.6.
+/// Ratio of the variance of independent chains to that of a run's quasi-random ones: the ratio that the pilot's batches show, to this
+/// power, times this factor. The larger it is with few points, the faster it grows with their number. Measured in 18 maps of eleven made-up
+/// rooms: work within a factor of 1.3 in two of three maps, where a gain of 4 for all is off by 1.6.
 const QUASI_POWER: f64 = 1.6;
 const QUASI_FACTOR: f64 = 1.6;
-/// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
+/// Chains from quasi-random points may vary less than the pilot's by this factor. The variance that thinning adds must stay small compared
+/// with that.
 const QUASI_GAIN: f64 = 4.0;
-/// Degrees of freedom of a run over those of the pilot's chains: quasi-random points take out what all points share most.
+/// Ratio of the degrees of freedom of a run to those of the pilot's chains: quasi-random points remove the error that all points share
+/// most.
 const QUASI_DEGREES: f64 = 2.0;
-/// Working out a score takes this many rays' time.
+/// Computing a score takes the time of this many rays.
 const RAYS_PER_SCORE: f64 = 0.02;
-/// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
-/// hits, walks that go on vary more. Measured on Sobolev's planes and on edges: 4 does better than 1 and than 16.
+/// Factor by which bounds are above their balance. Chains of many vertices and from quasi-random points vary less than single hits, and
+/// walks that continue vary more. Measured on Sobolev's planes and on edges: 4 does better than 1 and than 16.
 const IN_FAVOUR_OF_CHAINS: f64 = 4.0;
-/// Rays of the walks over those of the chains.
+/// Rays of the walks relative to those of the chains.
 const WALKS_PER_CHAIN: f64 = 0.5;
-/// Chains or walks that a round holds at most for each of the other.
+/// Most chains of a round per walk, and most walks of a round per chain.
 const MOST_PER_ROUND: f64 = 64.0;
 
 /// Weighted variance and rays of one sample of a part, summed over the set.
@@ -72,17 +73,17 @@ struct PartVariance {
     rays: f64,
 }
 
-/// What a pilot looks at.
+/// Size of a pilot.
 struct Extent {
     chains: usize,
     entries: usize,
     pairs: usize,
-    /// Whether it traces its connections, or takes all to be free.
+    /// Whether it traces its connections. Otherwise all count as unobstructed.
     traced: bool,
 }
 
 impl Extent {
-    /// As the work at stake allows.
+    /// The size that the work at stake allows.
     fn of(at_stake: f64, traced: bool) -> Extent {
         if traced {
             let pairs = (SHARE_OF_TRACING * at_stake) as usize;
@@ -134,7 +135,7 @@ pub(super) fn plan(
     }
     anchors.set_walk_rates();
     pilot.set_bounds(&anchors);
-    // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that thinning leaves.
+    // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that remain after thinning.
     let [_, bound] = ratio_and_bound(context, whole.rays, pilot.part(&pilot.scores(1.0), 0.0).rays);
     let (_, thinned) = pilot.thin(bound);
     let (whole, _) = walks(&anchors, 0.0);
@@ -162,27 +163,26 @@ pub(super) fn plan(
     }
 }
 
-/// Chains a walk, by the rays of one each, and the bound that balances them. The ratio is a power of 2, as quasi-random
-/// points come.
+/// Chains per walk, from the rays of one each, and the bound that balances them. The ratio is a power of 2, to fit quasi-random points.
 fn ratio_and_bound(context: &Context, walk_rays: f64, chain_rays: f64) -> [f64; 2] {
     let ratio = walk_rays / (WALKS_PER_CHAIN * chain_rays);
     let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND).log2().round().exp2();
     [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.stage.emitters.luminous_flux_lm()]
 }
 
-/// Chains that enter no result, and what lies between their vertices and the anchors of some entries.
+/// Chains that enter no result, with the connections between their vertices and the anchors of some entries.
 struct Pilot {
     chains: Vec<Vec<ChainVertex>>,
     path_rays: f64,
     flux_lm: f64,
     anchors: Vec<PilotAnchor>,
-    /// Weights of the entries looked at.
+    /// Weights of the sampled entries.
     weights: Vec<f64>,
-    /// Entries of the set over those looked at.
+    /// Ratio of the entries of the set to the sampled entries.
     share_inverse: f64,
-    /// Vertex by vertex, anchor by anchor: the kernel in 1/m², and what the vertex spreads, in 1/sr.
+    /// For each vertex and anchor: the kernel in 1/m², and the share that the vertex scatters towards the anchor, in 1/sr.
     pairs: Vec<[f64; 2]>,
-    /// In the same order, what comes through between them; empty where all is taken to.
+    /// In the same order, the transmittance between them; empty if all connections count as unobstructed.
     seen: Vec<f64>,
     /// Rays of connections.
     connecting_rays: u64,
@@ -190,16 +190,16 @@ struct Pilot {
 
 struct PilotAnchor {
     number: usize,
-    /// Its entry's place among those looked at.
+    /// Index of its entry among the sampled entries.
     entry: usize,
     scale: f64,
     own_level: f64,
     bound_factor: f64,
 }
 
-/// What the pilot's chains score under a bound.
+/// Scores of the pilot's chains under a bound.
 struct PilotScores {
-    /// For one lm, vertex by vertex, anchor by anchor.
+    /// For 1 lm, for each vertex and anchor.
     each: Vec<f64>,
     /// Weighted variance of a chain that is not thinned.
     variance: f64,
@@ -286,7 +286,7 @@ impl Pilot {
         self.anchors.iter_mut().for_each(|anchor| anchor.bound_factor = anchors.bound_factor(anchor.number));
     }
 
-    /// What every vertex brings to every anchor for one lm, as if nothing stood between; without the anchors' scales.
+    /// Unobstructed contribution of every vertex to every anchor for 1 lm, without the anchors' scales.
     fn brought(&self, bound: f64) -> impl Iterator<Item = impl Iterator<Item = (&PilotAnchor, f64)>> {
         let count = self.anchors.len().max(1);
         self.chains.iter().flatten().zip(self.pairs.chunks(count)).map(move |(vertex, pairs)| {
@@ -316,7 +316,7 @@ impl Pilot {
         PilotScores { each, variance: (squares / count - of_means).max(0.0), mean }
     }
 
-    /// Goes through what each of the first `most` chains brings to every entry looked at, by what its vertices do.
+    /// Calls `visit` with the contribution of each of the first `most` chains to every sampled entry, summed over its vertices.
     fn for_each_chain(&self, each: &[f64], most: usize, mut visit: impl FnMut(usize, &[f64])) {
         let mut of_chain = vec![0.0; self.weights.len()];
         let mut places = 0..;
@@ -329,7 +329,7 @@ impl Pilot {
         }
     }
 
-    /// Variance of independent chains over that of a run's quasi-random ones, by the spread of the batches' means.
+    /// Ratio of the variance of independent chains to that of a run's quasi-random ones, from the spread of the batches' means.
     fn quasi_gain(&self, scores: &PilotScores) -> f64 {
         let of_batch = self.chains.len() as f64 / BATCHES as f64;
         let mut means = vec![[0.0; BATCHES]; self.weights.len()];
@@ -345,7 +345,7 @@ impl Pilot {
         QUASI_FACTOR * shown.max(1.0).powf(QUASI_POWER)
     }
 
-    /// What comes through between a vertex and an anchor.
+    /// Transmittance between a vertex and an anchor.
     fn seen(&self, place: usize) -> f64 {
         self.seen.get(place).copied().unwrap_or(1.0)
     }
@@ -355,12 +355,12 @@ impl Pilot {
         (self.path_rays * self.chains.len() as f64).round() as u64 + self.connecting_rays
     }
 
-    /// Degrees of freedom of a map by the chance of chains, (tr C)²/tr C² of its entries' weighted covariances: few, since
-    /// all entries share the chains. By the products of what every two chains bring to all entries looked at.
+    /// Degrees of freedom of a map from the random error of its chains: (tr C)²/tr C² of its entries' weighted covariances. They are few,
+    /// since all entries share the chains. They are computed from the products of what every two chains bring to all sampled entries.
     fn degrees(&self, scores: &PilotScores) -> f64 {
         let entries = self.weights.len();
         let roots: Vec<f64> = self.weights.iter().map(|weight| weight.sqrt()).collect();
-        // Every two chains are compared: some hundred must do.
+        // Every two chains are compared, so the number of chains is limited to a few hundred.
         let mut of_chains = Vec::with_capacity(entries * self.chains.len().min(FEWEST_CHAINS));
         self.for_each_chain(&scores.each, FEWEST_CHAINS, |_, of_chain| {
             of_chains.extend(roots.iter().zip(of_chain).map(|(root, value)| root * value));
@@ -404,7 +404,7 @@ impl Pilot {
         }
     }
 
-    /// The thinning that makes variance times rays least, under a bound.
+    /// The thinning with the least product of variance and rays, under a bound.
     fn thin(&self, bound: f64) -> (f64, PartVariance) {
         let scores = self.scores(bound);
         let unthinned = self.part(&scores, 0.0);
@@ -424,7 +424,7 @@ impl Pilot {
     }
 }
 
-/// One walk from every entry, judged by some of them, the mean value of a walk, and the rays that it took.
+/// Returns one walk from every entry, estimated from some entries; the mean value of a walk; and the rays that the pilot took.
 fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartVariance, f64, u64) {
     let receivers = &context.scene.receivers[set];
     let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 4);
@@ -442,7 +442,7 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartV
         let (mut sum, mut squares, mut rays_of_site, mut done) = (0.0, 0.0, 0, 0);
         let rate = anchors.walk_rate(entry);
         for walk in 0..WALKS {
-            // A single walk in a white place may take a good part of a second.
+            // A single walk in a nearly white room may take a good part of a second.
             if done >= 2 && context.is_over() {
                 break;
             }

@@ -1,4 +1,4 @@
-//! The pilot of walks from the points of a set: what one costs and how it scatters, alone and where neighbours share what they meet.
+//! The pilot of walks from the points of a set. It measures their cost and scatter, alone and if neighbours share what their walks meet.
 
 use rayon::prelude::*;
 
@@ -19,29 +19,30 @@ use crate::solver::context::Context;
 use crate::solver::pace::TimeLeft;
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
 
-/// Points of groups that the pilot looks at, about; walks of all of them, and the fewest and most at each but where points are few.
+/// Approximate number of points in groups that the pilot samples; walks of all of them together; and fewest walks at each. The most walks
+/// at each is `WALKS`, unless points are few.
 const SITES_IN_GROUPS: usize = 512;
 const WALKS_IN_GROUPS: u64 = 1024;
 const FEWEST_WALKS: u64 = 2;
-/// Points that share what their walks meet, at most.
+/// Most points that share what their walks meet.
 const MOST_NEIGHBOURS: usize = 16;
-/// All is kept and traced that any way needs.
+/// Traces and stores everything that any form of sharing needs.
 const ALL: Sharing = Sharing { neighbours: MOST_NEIGHBOURS, is_levelled: true, shares_spots: true };
-/// Groups that walk side by side, before their rays are counted.
+/// Groups that walk in parallel before their rays are counted.
 const GROUPS_AT_A_TIME: usize = 2;
-/// They share where that takes less than this part of the work.
+/// Points share if that takes less than this part of the work.
 const WORTH_SHARING: f64 = 0.9;
-/// Numbers of the parts of a pilot's stream that its walks take, from this one on.
+/// First number of the parts of a pilot's stream that its walks use.
 const WALK_PARTS: u32 = 32;
-/// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
-/// a few times too little. So many times more at most from one try to the next.
+/// Share of the work to the target that walks of a pilot take, if that is more. If few walks carry most of the light, hundreds of walks may
+/// underestimate the variance a few times. The walks grow by at most the second factor from one try to the next.
 const SHARE_OF_WORK: f64 = 0.005;
 const MOST_GROWTH_OF_WALKS: f64 = 8.0;
-/// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
+/// Most rays of a walk that count for that share: where walks are long, gathering takes this many instead.
 const MOST_RAYS_THAT_COUNT: f64 = 5.0;
 
-/// The ways in which points may share: each for itself, or 2, 4, 8 or 16 of them, with a level or without, and where luminaires are near
-/// their spots as well or not.
+/// The ways in which points can share. Each point counts for itself, or 2, 4, 8 or 16 points share, with a level or without. If luminaires
+/// are near surfaces, points may share their spots as well.
 fn ways(stage: &Stage) -> Vec<Sharing> {
     let mut ways = vec![Sharing::default()];
     let mut neighbours = 2;
@@ -55,8 +56,7 @@ fn ways(stage: &Stage) -> Vec<Sharing> {
 }
 
 /// Measures walks from a set's points.
-///
-/// `direct_mean_lx` is the mean of its direct light where the target binds the map: then walks take their share of the work.
+/// `direct_mean_lx` is the mean of its direct light if the target binds the map. Then walks take their share of the work.
 pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -> IndirectCost {
     let receivers = &context.scene.receivers[set];
     let shares = receivers.points.len() > 1 && receivers.quantity != Quantity::Luminance;
@@ -76,7 +76,7 @@ pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -
     }
 }
 
-/// The same by more walks, until these took their share of the work to the target.
+/// Repeats the measurement with more walks until these took their share of the work to the target.
 fn by_more_walks(
     context: &Context,
     set: usize,
@@ -103,7 +103,7 @@ fn by_more_walks(
     found
 }
 
-/// Measures so many walks from each of some points, by numbers of a part of their own.
+/// Measures `walks` walks from each of some points, with the random numbers of part `part`.
 fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
@@ -121,7 +121,7 @@ fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectC
     IndirectCost::alone(sites.cost())
 }
 
-/// Groups of neighbours, spread over a set: those that are left out where rays are many lie anywhere.
+/// Groups of neighbours in scattered order over a set. So if many rays end the pilot early, the groups left out lie anywhere.
 fn groups_of(points: &[ReceiverPoint]) -> Vec<Vec<u32>> {
     let wanted = SITES_IN_GROUPS / MOST_NEIGHBOURS;
     let blocks = points.len().div_ceil(POINTS_OF_A_BLOCK);
@@ -137,8 +137,8 @@ fn groups_of(points: &[ReceiverPoint]) -> Vec<Vec<u32>> {
     scattered(found.len()).map(|group| found[group].clone()).collect()
 }
 
-/// Measures so many walks from each point of some groups of neighbours: what they find alone, and what fewer or more of them find that
-/// share it, from the same walks.
+/// Measures `walks` walks from each point of some groups of neighbours. The same walks give the cost for each point alone and for groups of
+/// fewer or more neighbours that share them.
 fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
     let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     let number = MapKind::Receivers(set).number();
@@ -214,8 +214,8 @@ mod tests {
     use crate::scene::Elements;
     use crate::solver::pilot::indirect_cost;
 
-    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of
-    /// a map that none binds, or where little time is left, they take no more than anyway.
+    /// Walks of a pilot take their share of the work to the target, which grows with its inverse square. All tries together take up to
+    /// twice that. For an unbound map, or if little time is left, they take no more than the minimum.
     #[test]
     fn a_pilot_takes_its_share_of_the_work() {
         let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);

@@ -1,14 +1,14 @@
-//! Elements are cut before a run: that takes long itself, so that a first forecast comes before it, and more on the way.
+//! Elements are cut before a run. Cutting takes long itself, so a first forecast comes before it, and more forecasts during it.
 
 use super::state::Run;
 use crate::solver::job::RAYS_PER_SLICE;
 
-/// Share of the forecast run that is cut between two looks at how it stands, and rays of one in any case.
+/// Share of the forecast run that is cut between two reports, and fewest rays of such a step.
 const SHARE_OF_A_STEP: f64 = 0.01;
 const LEAST_RAYS: f64 = 20_000.0;
 
 impl Run<'_> {
-    /// Cuts the elements of the map that adapts, if there is one, and tells meanwhile how the run stands.
+    /// Cuts the elements of the map that adapts, if there is one, and reports progress meanwhile.
     pub(super) fn cut_elements(&mut self) {
         let Some(index) = self.jobs.iter().position(|job| job.is_to_be_cut()) else {
             return;
@@ -47,7 +47,7 @@ mod tests {
 
     const TARGET: f64 = 0.02;
 
-    /// A room with a table and six lamps, and no receivers.
+    /// A room with a table and six lamps, without receivers.
     fn room() -> Scene {
         let lamp = |number: u32| {
             let (x_m, y_m) = (1.0 + 2.0 * f64::from(number % 3), 1.0 + 2.0 * f64::from(number / 3));
@@ -66,7 +66,7 @@ mod tests {
         scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
     }
 
-    /// Keeps how many rays each telling was of, and the forecast.
+    /// Records the rays and the forecast of each progress report.
     #[derive(Default)]
     struct Told(Mutex<Vec<(u64, Option<f64>)>>);
 
@@ -93,7 +93,7 @@ mod tests {
         look(&mut run, &told)
     }
 
-    /// Goes on to the target.
+    /// Continues to the target.
     fn rays_of_the_whole(run: &mut Run) -> f64 {
         run.prepare();
         while let Some(index) = run.next_job() {
@@ -102,8 +102,8 @@ mod tests {
         run.all_rays() as f64
     }
 
-    /// The first row, with a forecast, comes with 2 % of the rays of the run or less, and further ones while elements are cut with 5 % more
-    /// each. Cut in one go, the planted fault, most of the cutting goes by without a row.
+    /// The first row, with a forecast, comes within 2 % of the rays of the run. While elements are cut, further rows come after at most 5 %
+    /// more each. Planted fault: if the elements are cut in one step, most of the cutting passes without a row.
     #[test]
     fn a_forecast_comes_before_elements_are_cut_and_more_on_the_way() {
         with_run(|run, told| {
@@ -129,7 +129,7 @@ mod tests {
         });
     }
 
-    /// However little is cut at a time, the elements and what is known of them are the same.
+    /// The elements and what is known of them do not depend on the size of the cutting steps.
     #[test]
     fn elements_are_the_same_in_however_many_steps_they_are_cut() {
         let cut_by = |rays: f64| {

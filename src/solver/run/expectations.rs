@@ -1,4 +1,5 @@
-//! What a run may be expected to take, by its pilots and a few slices of work: for several targets and methods, and the error that a time limit affords.
+//! What a run is expected to take, from its pilots and a few slices of work: for several targets and methods, and the error that a time
+//! limit affords.
 
 use super::observer::Observer;
 use super::requests::{adapts, choose_jobs};
@@ -12,36 +13,35 @@ use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
 use crate::solver::pace::{Pace, TimeLeft};
 use crate::solver::{Method, Settings};
 
-/// Bytes that a gathering ray leaves behind, with what cells take.
+/// Bytes that a gathering ray leaves behind, including those of cells.
 const BYTES_OF_A_RAY: f64 = 16.0;
-/// Slices of work by which a map's rays are timed, as short as those of a run that may take so many seconds.
+/// Slices of work that time a map's rays. They are as short as those of a run with a limit of this many seconds.
 const SLICES: u32 = 5;
 const PACE_S: f64 = 1.0;
-/// Errors between which the one is looked for that a time limit affords, and halvings of what lies between.
+/// Range of errors that is searched for the one that a time limit affords, and the number of bisections of it.
 const ERRORS: [f64; 2] = [1e-5, 1.0];
 const HALVINGS: u32 = 40;
 
-/// What a run may be expected to take to a target.
+/// Expected cost of a run to a target.
 #[derive(Clone, Debug)]
 pub struct Expectation {
     /// How maps are estimated.
     pub method: Method,
-    /// What estimates the bound maps then, by their names in results: each once.
+    /// Names, as in results, of the engines that estimate the bound maps.
     pub engines: Vec<&'static str>,
     /// Target as a fraction.
     pub target_error: f64,
-    /// Rays, those of pilots too.
+    /// Rays, including those of pilots.
     pub rays: Forecast,
     /// Seconds of computing.
     pub compute_s: Forecast,
-    /// Bytes that cells, and what is gathered through them, take beside the maps.
+    /// Bytes that cells, and what is gathered through them, take in addition to the maps.
     pub bytes_of_cells: f64,
 }
 
-/// Pilots a scene with each of the methods for each of the targets, and tells what runs would take; those whose pilots find no light are
-/// left out.
-///
-/// Seconds are by the rate of a few slices of work. No map comes out: settings tell seed, maps and elements alone.
+/// Runs the pilots of a scene with each method for each target, and returns what runs would take. Combinations whose pilots find no light
+/// are left out.
+/// Seconds come from the rate of a few slices of work. No map is produced. Of the settings, only seed, maps and elements are used.
 pub fn expectations(
     scene: &Scene,
     settings: &Settings,
@@ -79,7 +79,7 @@ pub fn expectations(
     expected
 }
 
-/// Jobs whose elements are cut already.
+/// Jobs whose elements are already cut.
 fn whole_jobs(context: &Context, settings: &Settings) -> Vec<Job> {
     let mut jobs = choose_jobs(context, &settings.maps);
     for job in &mut jobs {
@@ -89,7 +89,7 @@ fn whole_jobs(context: &Context, settings: &Settings) -> Vec<Job> {
 }
 
 impl Run<'_> {
-    /// Works a little on every map that the target binds, to tell how fast its rays are.
+    /// Works a little on every bound map, to measure how fast its rays are.
     fn time_some_slices(&mut self) {
         for job in self.jobs.iter_mut().filter(|job| job.bound && !job.map.is_empty()) {
             job.next_judgement = job.first_samples();
@@ -101,7 +101,7 @@ impl Run<'_> {
         }
     }
 
-    /// What the run may be expected to take by its pilots.
+    /// What the run is expected to take, by its pilots.
     fn expectation(&self, method: Method, target_error: f64) -> Option<Expectation> {
         let rays = self.all_rays();
         let (left, seconds) = self.remaining(rays, self.observer.wall_s())?;
@@ -120,8 +120,8 @@ impl Run<'_> {
         })
     }
 
-    /// The error that a time limit affords, by the pilots: none where one of them found no light, where something else may end the run
-    /// (chains, or a target that fits in), or where there is no time for any.
+    /// The error that a time limit affords, by the pilots. `None` if a pilot found no light or if there is no time left. `None` also if
+    /// something else may end the run: chains, or a target that fits in.
     pub(super) fn affordable_error(&self) -> Option<Forecast> {
         if self.settings.chains.is_some() {
             return None;

@@ -1,4 +1,4 @@
-//! What a run is still to take.
+//! Forecast of the work that a run still takes.
 
 use super::progress::SlowestMap;
 use super::state::{FIRST_LOOK_RAYS, Run};
@@ -6,25 +6,26 @@ use crate::control::Forecast;
 use crate::solver::job::{Hindrance, Job};
 use crate::solver::sparse::rays_to_fill;
 
-/// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
+/// Standard deviation of the logarithm of the rays of maps that are not bound by the target.
 const DEVIATION_OF_UNBOUND: f64 = 0.3;
-/// The same of all work as long as other methods than walks and counts were not weighed (4.9 times too long at most in ten made-up rooms).
+/// Standard deviation of the logarithm of all work, before methods other than walks and counts are considered. The forecast was 4.9 times
+/// too long at most in ten made-up rooms.
 const DEVIATION_BEFORE_CHOICE: f64 = 0.9;
 
 /// Work that is left to do.
 #[derive(Default)]
 pub(super) struct WorkLeft {
     pub rays: Forecast,
-    /// Rays that were timed, and the seconds that these will take.
+    /// Rays whose kinds were timed, and the seconds that they will take.
     timed: (f64, f64),
     /// The map that takes the most of it, and its rays.
     pub slowest: Option<(SlowestMap, f64)>,
 }
 
 impl WorkLeft {
-    /// Notes what a map takes of it.
+    /// Records the part of a map in it.
     fn note(&mut self, map: SlowestMap, rays: Forecast) {
-        // What is out of reach comes before what merely takes long.
+        // A map whose target is out of reach ranks before one that only takes long.
         let is_worse = |(slowest, most): &(SlowestMap, f64)| {
             let ranks = [&map, slowest].map(|map| map.hindrance.as_ref().is_some_and(Hindrance::is_out_of_reach));
             if ranks[0] == ranks[1] { rays.expected > *most } else { ranks[0] }
@@ -36,7 +37,7 @@ impl WorkLeft {
 }
 
 impl Run<'_> {
-    /// Rays and seconds to the end, whichever rule brings it; none where only the user does.
+    /// Rays and seconds to the end, whichever rule ends the run. `None` if only the user ends it.
     pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(WorkLeft, Forecast)> {
         let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));
         let to_limit_rays = to_limit_s.map(|seconds| seconds * self.clock.rays_per_s(rays, wall_s));
@@ -56,11 +57,11 @@ impl Run<'_> {
         Some((left, seconds))
     }
 
-    /// What all maps are still to take; none where nothing is known of one.
+    /// What all maps still take. `None` if nothing is known about one of them.
     fn left(&self) -> Option<WorkLeft> {
         let mut left = WorkLeft::default();
         let mut by_pilots = Forecast::default();
-        // In one run of four or so a check refuses a map once: within the interval.
+        // In about one of four runs a check refuses a map once. This is inside the interval.
         let (mut refused, mut filling) = (0.0f64, 0.0);
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
             let rays = self.left_of(job)?;
@@ -70,7 +71,7 @@ impl Run<'_> {
                 left.timed.1 += rays.expected * seconds_per_ray;
             }
             left.note(SlowestMap { name: job.name.clone(), error: job.stated_error(), hindrance }, rays);
-            // Where the pilots of one map say too much, those of the others are likely to.
+            // If the pilots of one map overestimate, those of the others probably do too.
             if job.is_judged() {
                 left.rays = left.rays.plus(rays)
             } else {
@@ -88,7 +89,7 @@ impl Run<'_> {
         Some(left)
     }
 
-    /// Rays that a map still takes to the target, or to the chains asked for.
+    /// Rays that a map still takes to the target, or to the requested number of chains.
     pub(super) fn left_of(&self, job: &Job) -> Option<Forecast> {
         let to_chains = |chains: u64| Forecast::known(job.rays_to(job.samples_for(chains)));
         match (self.settings.chains, self.target_error) {
@@ -102,8 +103,8 @@ impl Run<'_> {
         }
     }
 
-    /// Rays that maps still take which the target does not bind, beside so many of those that it binds: a first look, what they need to
-    /// the target where it fits into their share, and the chains that tell where flux goes.
+    /// Rays that unbound maps still take, given the rays that bound maps still take: a first look, and the rays to the target if these fit
+    /// into the share of unbound maps. The chains that show where the flux goes are added.
     fn left_of_unbound(&self, bound_rays: f64) -> Forecast {
         let mut share = self.rays_for_unbound(bound_rays);
         let mut sum = 0.0;
@@ -118,7 +119,7 @@ impl Run<'_> {
             share -= rays;
             sum += rays + rays_to_fill(self.context, job, job.work.rays as f64 + rays);
         }
-        // At the end of the run.
+        // These chains come at the end of the run.
         let balance: f64 = self.jobs.iter().map(Job::rays_of_balance).sum();
         Forecast::spread(sum + balance, DEVIATION_OF_UNBOUND)
     }

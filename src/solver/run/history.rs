@@ -1,4 +1,4 @@
-//! How a run stands: the rows of its history, and what its observer is told.
+//! The state of a run: the rows of its history, and reports to its observer.
 
 use super::map_states::may_look_at_all;
 use super::progress::Progress;
@@ -7,13 +7,13 @@ use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::Job;
 
-/// Share of the forecast run, and of the rays so far, after which its history has another row, whether a map was judged or not: whichever
-/// is less, since early forecasts may be far too long.
+/// The history gets another row after this share of the forecast run, or of the rays so far. It does not depend on whether a map was
+/// judged. The smaller of the two counts, since early forecasts may be far too long.
 const STEP_OF_ROWS: f64 = 0.02;
 const GROWTH_OF_ROWS: f64 = 0.1;
 
 impl Run<'_> {
-    /// Adds a row to the history: where a map was judged, and every so often.
+    /// Adds a row to the history: when a map was judged, and at regular steps of rays.
     pub(super) fn record(&mut self, judged: bool) {
         let is_due = match self.convergence.last() {
             Some(last) => {
@@ -36,7 +36,7 @@ impl Run<'_> {
         self.convergence.extend(row);
     }
 
-    /// Tells how the run stands.
+    /// Reports the state of the run.
     pub(super) fn tell(&mut self) {
         let rays = self.all_rays();
         if may_look_at_all(self.jobs.len(), rays, self.told_at) {
@@ -45,7 +45,7 @@ impl Run<'_> {
         }
     }
 
-    /// The last row: what it came to.
+    /// Adds the last row: the final state.
     pub(super) fn record_end(&mut self) {
         let Some(row) = self.convergence_row() else {
             return;
@@ -54,7 +54,7 @@ impl Run<'_> {
         self.convergence.push(ConvergenceRow { forecast_rays: rays, forecast_wall_s: wall_s, ..row });
     }
 
-    /// How the run stands as a row of its history; none as long as nothing is known of a bound map's error.
+    /// The state of the run as a row of its history. `None` while nothing is known about the error of any bound map.
     fn convergence_row(&self) -> Option<ConvergenceRow> {
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
         let bound = || self.jobs.iter().filter(|job| job.bound && !job.map.is_empty());
@@ -72,7 +72,7 @@ impl Run<'_> {
         })
     }
 
-    /// How the run stands, with a forecast where a target, chains or a limit end it.
+    /// The state of the run, with a forecast if a target, chains or a limit end it.
     pub(super) fn progress(&self) -> Progress {
         let judged = || self.jobs.iter().filter(|job| job.bound && job.has_been_judged());
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());

@@ -1,18 +1,18 @@
-//! A run keeps its state where that is wanted, and goes on from one that was kept.
+//! Stores the state of a run if requested, and resumes from a stored state.
 
 use super::kept::{KeptRun, RunState};
 use super::state::Run;
 use crate::solver::StopReason;
 
 impl Run<'_> {
-    /// Keeps the state where the observer wants that now.
+    /// Stores the state if the observer wants it now.
     pub(super) fn keep_if_due(&self) {
         if let Some(keeper) = self.observer.keeper().filter(|keeper| keeper.is_due()) {
             keeper.keep(&self.state(), &self.progress(), None);
         }
     }
 
-    /// Keeps the state at which the work ended.
+    /// Stores the state at which the work ended.
     pub(super) fn keep_end(&self, stop_reason: StopReason) {
         if let Some(keeper) = self.observer.keeper() {
             keeper.keep(&self.state(), &self.progress(), Some(stop_reason));
@@ -33,7 +33,7 @@ impl Run<'_> {
         }
     }
 
-    /// Goes on from a kept state; a map that was judged is judged anew where the target is another one.
+    /// Resumes from a stored state. If the target has changed, maps that were judged are judged anew.
     pub(super) fn take_up(&mut self, kept: KeptRun) {
         let stage = self.context.stage;
         stage.take_selection_by_cell(kept.selection_by_cell);
@@ -50,7 +50,7 @@ impl Run<'_> {
         }
     }
 
-    /// Judges a map by another target than the one that it went for.
+    /// Judges a map by another target than the one that it had before.
     fn aim_anew(&mut self, index: usize) {
         let target_error = self.target_error;
         let job = &mut self.jobs[index];

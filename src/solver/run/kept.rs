@@ -1,8 +1,7 @@
-//! What a run keeps of itself so that it can go on from there: all that decides what it does next.
-//!
-//! A run is kept between two slices of work. What follows from the scene alone is made anew when it goes on; streams of random numbers
-//! are known by what they are for, so that they have no state. The rest goes on as if nothing had happened in between: the run that goes
-//! on comes to the same bytes as the one that was never interrupted. Its clock stands still in between.
+//! The stored state of a run, from which it can resume: everything that decides what it does next.
+//! A run is stored between two slices of work. What follows from the scene alone is rebuilt when the run resumes. Streams of random numbers
+//! are identified by their purpose, so they have no state. A resumed run comes to the same bytes as one that was never interrupted. Its
+//! clock does not run in between.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,15 +13,15 @@ use crate::solver::job::Job;
 use crate::solver::spending::Spending;
 use crate::solver::{ConvergenceRow, StopReason};
 
-/// Keeps a run's state from time to time.
+/// Stores a run's state from time to time.
 pub trait Keeper: Sync {
-    /// Whether the state is to be kept now; asked after every slice of work.
+    /// Whether the state must be stored now. It is called after every slice of work.
     fn is_due(&self) -> bool;
-    /// Keeps the state; once more where the work ends, with the reason.
+    /// Stores the state. It is called once more when the work ends, with the reason.
     fn keep(&self, state: &RunState, progress: &Progress, ended: Option<StopReason>);
 }
 
-/// The state of a run, to be written.
+/// The state of a run, for writing.
 #[derive(Serialize)]
 pub struct RunState<'a> {
     pub(super) jobs: &'a [Job],
@@ -36,7 +35,7 @@ pub struct RunState<'a> {
     pub(super) wall_s: f64,
 }
 
-/// The state of a run, as it was read.
+/// The state of a run, as read.
 #[derive(Deserialize)]
 pub struct KeptRun {
     pub(super) jobs: Vec<Job>,
@@ -50,16 +49,16 @@ pub struct KeptRun {
     pub(super) wall_s: f64,
 }
 
-/// A kept run, and what is asked of it when it goes on.
+/// A stored run, and the options for resuming it.
 pub struct GoingOn {
-    /// Where it stood.
+    /// The stored state.
     pub kept: KeptRun,
-    /// Seconds from the start of the process at which this part of it ends, in place of the limit of the whole.
+    /// Seconds from the start of the process at which this part of the run ends. It replaces the limit of the whole run.
     pub time_limit_s: Option<f64>,
 }
 
 impl KeptRun {
-    /// Seconds of computing up to then.
+    /// Seconds of computing before the state was stored.
     pub(super) fn compute_s(&self) -> f64 {
         self.wall_s - self.clock.begun_wall_s()
     }

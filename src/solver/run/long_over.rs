@@ -1,4 +1,4 @@
-//! What is given up when a time limit has long passed.
+//! What is given up when a time limit passed long ago.
 
 use std::time::{Duration, Instant};
 
@@ -6,16 +6,17 @@ use super::observer::Observer;
 use crate::chain::Stage;
 use crate::solver::Settings;
 
-/// A map that shows nothing yet is worked on until so many times the limit and so many seconds more have passed.
+/// A map that shows nothing yet is worked on until this factor times the limit, plus this many seconds, have passed.
 pub const LONG_OVER: f64 = 1.1;
 pub const PATIENCE_S: f64 = 0.5;
 
-/// Whether a time limit has passed so long ago that what shows nothing yet is left out.
+/// Whether a time limit passed so long ago that maps that show nothing yet are left out.
 pub fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
     settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
 }
 
-/// Lets long paths be given up once that is so: a single one may take longer than all that a limit leaves. A clock that stands ends nothing.
+/// Sets the time after which long paths are given up: a single path may take longer than all the time that a limit leaves. A clock that
+/// stands still ends nothing.
 pub fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
     let Some(limit_s) = settings.time_limit_s.filter(|_| wall_s > 0.0) else {
         return;
@@ -26,7 +27,7 @@ pub fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
     }
 }
 
-/// Seconds that are left of a time limit and the patience beyond it; infinitely many without a limit.
+/// Seconds that are left of a time limit and the patience beyond it; infinite without a limit.
 pub fn patience_s(limit_s: Option<f64>, wall_s: f64) -> f64 {
     limit_s.map_or(f64::INFINITY, |limit_s| (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0))
 }
@@ -35,7 +36,7 @@ pub fn patience_s(limit_s: Option<f64>, wall_s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A second is left after 2.8 s of 3, so that a slice of 0.8 s is begun and one of 1.6 s is not; after 3.8 s none is.
+    /// With a limit of 3 s, 1 s is left after 2.8 s. So a slice of 0.8 s starts and one of 1.6 s does not. From 3.8 s on nothing is left.
     #[test]
     fn work_that_would_end_long_after_the_limit_has_no_room() {
         let room = |wall_s: f64| (1e6 * patience_s(Some(3.0), wall_s)).round() / 1e6;

@@ -1,30 +1,30 @@
-//! How far each map is, kept from slice to slice: of thousands of maps one alone changes in a slice, and only that one is looked at.
+//! The progress of every map, stored from slice to slice. Of thousands of maps only one changes in a slice, and only that one is evaluated.
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-/// Maps up to which all of them are looked at after every slice, to tell how the run stands. Of more, all are looked at once a run has
-/// traced so many rays a map since it last did: looking at one takes the time of some ten.
+/// Up to this number of maps, all are evaluated after every slice to report the state of the run. With more maps, all are evaluated once a
+/// run has traced this many rays per map since the last time. Evaluating one map takes about the time of ten rays.
 const FEW_MAPS: usize = 64;
 const RAYS_OF_A_LOOK: u64 = 100;
 
 /// The state of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MapState {
-    /// Whether the target binds it.
+    /// Whether the target binds the map.
     pub bound: bool,
-    /// Whether it still has work.
+    /// Whether the map still has work.
     pub open: bool,
-    /// When its turn is, the least first; asked of bound maps that are open.
+    /// Order of turns, lowest first. It is used only for bound maps that are open.
     pub turn: f64,
-    /// Its rays, and those with its pilots'.
+    /// Rays of the map, without and with those of its pilots.
     pub rays: u64,
     pub all_rays: u64,
     /// Bytes of what it has gathered.
     pub bytes: usize,
 }
 
-/// A turn as a key.
+/// A turn as a sort key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TurnKey(f64);
 
@@ -42,32 +42,32 @@ impl Ord for TurnKey {
     }
 }
 
-/// The states of all maps; nothing is known until all have been noted.
+/// The states of all maps. Nothing is known until all have been recorded.
 #[derive(Debug, Default)]
 pub(super) struct MapStates {
     states: Vec<MapState>,
     bound: BTreeSet<(TurnKey, u64, usize)>,
     unbound: BTreeSet<(u64, usize)>,
-    /// Sums over the maps that the target does not bind, and over those that it does.
+    /// Sums over the unbound maps and over the bound maps.
     rays: [u64; 2],
     all_rays: u64,
     bytes: usize,
-    /// Maps that were looked at so far.
+    /// Number of evaluations of maps so far.
     looks: u64,
 }
 
 impl MapStates {
-    /// Whether all maps have been noted.
+    /// Whether all maps have been recorded.
     pub fn is_known(&self) -> bool {
         !self.states.is_empty()
     }
 
-    /// Forgets all: more than one map may have changed.
+    /// Forgets all states, because more than one map may have changed.
     pub fn forget(&mut self) {
         *self = MapStates { looks: self.looks, ..MapStates::default() };
     }
 
-    /// Notes all maps anew.
+    /// Records all maps anew.
     pub fn note_all(&mut self, states: impl Iterator<Item = MapState>) {
         self.forget();
         for state in states {
@@ -77,7 +77,7 @@ impl MapStates {
         }
     }
 
-    /// Notes a map that has changed, where all are known.
+    /// Records a map that has changed, if all maps are known.
     pub fn note(&mut self, index: usize, state: MapState) {
         if !self.is_known() {
             return;
@@ -88,7 +88,7 @@ impl MapStates {
         self.add(index, true);
     }
 
-    /// Counts a map, or no more.
+    /// Adds a map to the sums and queues, or removes it.
     fn add(&mut self, index: usize, counts: bool) {
         let MapState { bound, open, turn, rays, all_rays, bytes } = self.states[index];
         let of_kind = &mut self.rays[usize::from(bound)];
@@ -105,34 +105,34 @@ impl MapStates {
         };
     }
 
-    /// Of the bound maps that have work left, the one whose turn is first; and of the others the one with the fewest rays.
+    /// The bound map with work left whose turn is first, and the unbound map with work left that has the fewest rays.
     pub fn next(&self) -> [Option<usize>; 2] {
         [self.bound.first().map(|(_, _, index)| *index), self.unbound.first().map(|(_, index)| *index)]
     }
 
-    /// Rays of all bound, or of all unbound maps, where all are known.
+    /// Rays of all bound, or of all unbound maps, if all are known.
     pub fn rays_of(&self, bound: bool) -> Option<u64> {
         self.is_known().then(|| self.rays[usize::from(bound)])
     }
 
-    /// Rays of all maps and their pilots, where all are known.
+    /// Rays of all maps and their pilots, if all are known.
     pub fn all_rays(&self) -> Option<u64> {
         self.is_known().then_some(self.all_rays)
     }
 
-    /// Bytes of what all maps have gathered, where all are known.
+    /// Bytes of what all maps have gathered, if all are known.
     pub fn bytes(&self) -> Option<usize> {
         self.is_known().then_some(self.bytes)
     }
 
-    /// Maps that were looked at so far.
+    /// Number of evaluations of maps so far.
     #[cfg(test)]
     pub fn looks(&self) -> u64 {
         self.looks
     }
 }
 
-/// Whether all of so many maps may be looked at again after so many rays, where they were last looked at after others.
+/// Whether all `maps` maps may be evaluated again at `rays` rays, if they were last evaluated at `looked_at` rays.
 pub(super) fn may_look_at_all(maps: usize, rays: u64, looked_at: Option<u64>) -> bool {
     let next = |looked_at: u64| looked_at + RAYS_OF_A_LOOK * maps as u64;
     maps <= FEW_MAPS || looked_at.is_none_or(|looked_at| rays >= next(looked_at))
@@ -154,7 +154,7 @@ mod tests {
     use crate::solver::context::Context;
     use crate::solver::{MapSelection, Method, Settings};
 
-    /// What is kept is what a look at all maps would tell: 2,000 changes of 40 maps (seed 4).
+    /// The stored states equal those from an evaluation of all maps: 2,000 changes of 40 maps (seed 4).
     #[test]
     fn what_is_kept_is_what_a_look_at_all_would_tell() {
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(map_states.looks(), 2040);
     }
 
-    /// Counts what it is told.
+    /// Counts the progress reports.
     #[derive(Default)]
     struct Counting(AtomicU64);
 
@@ -208,8 +208,8 @@ mod tests {
         }
     }
 
-    /// Slices, rays, looks at maps and how often the observer was told, of a run of so many one-point sets that ends by its target; where
-    /// everything is forgotten after every slice, the planted fault, all maps are looked at for each.
+    /// Counts slices, rays, evaluations of maps and progress reports of a run of `maps` one-point sets that ends by its target. Planted
+    /// fault: if everything is forgotten after every slice, all maps are evaluated for each slice.
     fn counts(maps: usize, forgets: bool) -> [u64; 4] {
         let point = |number: usize| {
             let x_m = 0.2 + 3.6 * number as f64 / maps as f64;
@@ -250,7 +250,7 @@ mod tests {
         [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.map_states.looks(), observer.0.into_inner()]
     }
 
-    /// A slice looks at its own map, twice, and all maps are looked at for so many rays each.
+    /// A slice evaluates its own map twice. All maps are evaluated only once per `RAYS_OF_A_LOOK` rays per map.
     #[test]
     fn a_slice_of_one_map_looks_at_no_others() {
         let maps = 200;
@@ -263,7 +263,7 @@ mod tests {
         let [slices, rays, looks, _] = counts(maps, true);
         let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
         assert!(looks > 2 * slices + of_all * maps as u64, "the planted fault passed: {slices} {rays} {looks}");
-        // Of few maps all are looked at every time, and once when the run begins.
+        // With few maps all are evaluated every time, and once when the run begins.
         let [slices, _, _, told] = counts(3, false);
         assert_eq!(slices + 1, told);
     }

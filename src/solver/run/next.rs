@@ -1,4 +1,4 @@
-//! Which map a run goes on with, and whether all are done.
+//! Which map a run continues with, and whether all maps are done.
 
 use super::map_states::MapState;
 use super::state::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
@@ -6,8 +6,8 @@ use crate::solver::StopReason;
 use crate::solver::job::Job;
 
 impl Run<'_> {
-    /// The job to go on with: of those that still have work, the bound one of whose work the least share is done, so that the largest of
-    /// them is known early; an unbound one where its share allows.
+    /// The job to continue with. Among bound maps with work left, it is the one with the least share of its work done. So the largest is
+    /// known early. An unbound map is chosen if its share of rays allows it.
     pub(super) fn next_job(&mut self) -> Option<usize> {
         if !self.map_states.is_known() {
             let states: Vec<MapState> = self.jobs.iter().map(|job| self.state_of(job)).collect();
@@ -28,7 +28,7 @@ impl Run<'_> {
         }
     }
 
-    /// Notes how a map stands that has changed.
+    /// Records the state of a map that has changed.
     pub(super) fn note(&mut self, index: usize) {
         let state = self.state_of(&self.jobs[index]);
         self.map_states.note(index, state);
@@ -47,7 +47,7 @@ impl Run<'_> {
         self.map_states.rays_of(bound).unwrap_or_else(sum) as f64
     }
 
-    /// Rays that maps which the target does not bind may still take beside the bound ones' so far, and so many more of theirs.
+    /// Rays that unbound maps may still take, given the rays of bound maps so far and `bound_rays_to_come` more.
     pub(super) fn rays_for_unbound(&self, bound_rays_to_come: f64) -> f64 {
         UNBOUND_SHARE * (self.rays_of(true) + bound_rays_to_come) - self.rays_of(false)
     }
@@ -58,9 +58,9 @@ impl Run<'_> {
         self.context.stage.selection_rays() + self.map_states.all_rays().unwrap_or_else(sum)
     }
 
-    /// When a map's turn is, the least first: by the share of its work that is done, as far as that can be forecast, else as if half were.
-    /// A first look takes little and tells far more than a pilot: maps before theirs come before all others, the one first of whose work a
-    /// ray to the look tells most.
+    /// Order of a map's turn, lowest first: the share of its work that is done if that can be forecast, else one half. A first look takes
+    /// little and shows far more than a pilot. So maps before their first look come before all others, ordered by the most forecast work
+    /// per ray to the look.
     fn turn_of(&self, job: &Job) -> f64 {
         let left = self.left_of(job).map(|left| left.expected).filter(|left| left.is_finite());
         if !job.has_been_judged() {

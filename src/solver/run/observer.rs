@@ -1,54 +1,54 @@
-//! Who watches a run, and what of it is told.
+//! The interface to whoever watches a run, and what it reports.
 
 use super::kept::{GoingOn, Keeper};
 use super::progress::Progress;
 use crate::control::Forecast;
 use crate::solver::Settings;
 
-/// Who watches a run: progress goes out, interruptions and the clock come in.
+/// Watches a run: progress goes out, interruptions and the clock come in.
 pub trait Observer: Sync {
-    /// Called once the scene is ready for rays: all that follows asks the clock.
+    /// Called once the scene is ready for rays. From then on the clock is used.
     fn ready(&self) {}
     /// Called after every slice of work.
     fn progress(&self, _progress: &Progress) {}
-    /// Called once before the work where a time limit ends the run, before its target if it has one: the stated error that it may be
-    /// expected to reach.
+    /// Called once before the work if a time limit is expected to end the run, before its target if it has one. It gives the stated error
+    /// that the run is expected to reach.
     fn expects(&self, _error: Forecast, _target: Option<f64>) {}
     /// Whether the user wants to stop.
     fn is_interrupted(&self) -> bool {
         false
     }
-    /// What keeps the run's state, where it is to be kept.
+    /// What stores the run's state, if it is to be stored.
     fn keeper(&self) -> Option<&dyn Keeper> {
         None
     }
-    /// Seconds since the process started. A clock that stands lets no time limit end a run.
+    /// Seconds since the process started. With a clock that stands still, no time limit ends a run.
     fn wall_s(&self) -> f64 {
         0.0
     }
 }
 
-/// Watches nothing, never interrupts, and its clock stands.
+/// Watches nothing, never interrupts, and has a clock that stands still.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
 impl Observer for Silent {}
 
-/// An observer whose clock goes on from where that of a kept run stood.
+/// An observer whose clock continues from the time of a stored run.
 pub struct LaterObserver<'a> {
     observer: &'a dyn Observer,
-    /// Seconds by which it is ahead.
+    /// Seconds by which its clock is ahead.
     ahead_s: f64,
 }
 
 impl<'a> LaterObserver<'a> {
-    /// Of a run that goes on, or begins.
+    /// Creates the observer of a run that resumes or begins.
     pub fn of(observer: &'a dyn Observer, going_on: Option<&GoingOn>) -> LaterObserver<'a> {
         let ahead_s = going_on.map_or(0.0, |going_on| going_on.kept.wall_s - observer.wall_s());
         LaterObserver { observer, ahead_s }
     }
 
-    /// The limit in seconds of the whole run's clock.
+    /// The time limit in seconds on the clock of the whole run.
     pub fn time_limit_s(&self, settings: &Settings, going_on: Option<&GoingOn>) -> Option<f64> {
         let of_part_s = going_on.and_then(|going_on| going_on.time_limit_s);
         of_part_s.map(|limit_s| limit_s + self.ahead_s).or(settings.time_limit_s)

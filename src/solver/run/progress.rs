@@ -1,12 +1,12 @@
-//! What is told of a run while it goes on.
+//! Reports on a run in progress.
 
 use crate::control::Forecast;
 use crate::solver::job::Hindrance;
 
-/// How a run stands.
+/// The state of a run.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Worst stated error of the bound maps, once all have been judged.
+    /// Worst stated error of the bound maps that have been judged, once there is one.
     pub estimated_error: Option<f64>,
     /// Target, if one is set.
     pub target_error: Option<f64>,
@@ -14,11 +14,11 @@ pub struct Progress {
     pub chains: u64,
     /// Rays so far.
     pub rays: u64,
-    /// Forecast of the rays at the end, where there is one.
+    /// Forecast of the rays at the end, if there is one.
     pub forecast_rays: Option<Forecast>,
-    /// Forecast of the seconds that remain, where there is one.
+    /// Forecast of the remaining seconds, if there is one.
     pub remaining_s: Option<Forecast>,
-    /// The map that the rest of the time goes to most, once there is a forecast.
+    /// The map that takes most of the remaining time, once there is a forecast.
     pub slowest_map: Option<SlowestMap>,
     /// Share of the work done, 0 to 1.
     pub fraction: f64,
@@ -26,13 +26,13 @@ pub struct Progress {
     pub wall_s: f64,
 }
 
-/// The map that the rest of a run goes to most.
+/// The map that takes most of the remaining time of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlowestMap {
     /// `elements`, or the receiver set's name.
     pub name: String,
     /// Its stated error by its latest look, once it has had one.
     pub error: Option<f64>,
-    /// What keeps it from its target but chance; `None` where nothing else is known to.
+    /// What keeps it from its target, apart from random error; `None` if nothing else is known.
     pub hindrance: Option<Hindrance>,
 }

@@ -9,14 +9,15 @@ use crate::solver::context::Context;
 use crate::solver::job::Job;
 use crate::solver::{ElementChoice, MapSelection, Settings};
 
-/// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there, as very many do.
+/// Whether elements adapt. They stay means if a luminaire nearly touches a surface, since no slope shows its spot, and if there are very
+/// many elements.
 pub fn adapts(settings: &Settings, stage: &Stage) -> bool {
     settings.elements == ElementChoice::Adaptive
         && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
         && stage.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
 }
 
-/// The maps that a selection asks for, elements first, and whether the target binds each.
+/// The requested maps, elements first, and whether the target binds each.
 pub fn map_requests(scene: &Scene, maps: &MapSelection) -> Vec<(MapKind, bool)> {
     let sets = &scene.receivers;
     let wanted = |name: &str, is_elements: bool| match maps {
@@ -31,7 +32,7 @@ pub fn map_requests(scene: &Scene, maps: &MapSelection) -> Vec<(MapKind, bool)> 
     elements.into_iter().chain(receivers.map(|(set, _)| (MapKind::Receivers(set), true))).collect()
 }
 
-/// A job for each of them.
+/// Creates a job for each requested map.
 pub fn choose_jobs(context: &Context, maps: &MapSelection) -> Vec<Job> {
     let job = |(kind, bound): (MapKind, bool)| match kind {
         MapKind::Elements => Job::elements(context, bound),

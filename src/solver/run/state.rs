@@ -1,4 +1,4 @@
-//! What a run is made of, and its steps: slices of work, looks at maps, and what every map still gets at the end.
+//! The parts of a run and its steps: slices of work, looks at maps, and what every map still gets at the end.
 
 use std::time::Instant;
 
@@ -18,21 +18,21 @@ use crate::solver::sparse::fill_sparse_elements;
 use crate::solver::spending::{Activity, Spending};
 use crate::solver::{ConvergenceRow, DEFAULT_TARGET_ERROR, Method, Settings, StopReason};
 
-/// Maps that the target does not bind get at most this share of the rays that the bound ones take.
+/// Unbound maps get at most this share of the rays that the bound ones take.
 pub const UNBOUND_SHARE: f64 = 0.25;
-/// Rays that a map which the target does not bind may take for its first look in any case.
+/// Rays that an unbound map may take for its first look in any case.
 pub const FIRST_LOOK_RAYS: f64 = 4e6;
-/// Rays for the same where a limit or the user ended the run.
+/// Rays of a first look if a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
-/// Seconds that counting all elements may take then, in slices, and the fewest rays of a first look, however little time is left.
+/// Time for counting all elements in that case, in slices; and the fewest rays of a first look, however little time is left.
 const SLICES_IN_HASTE: f64 = 4.0;
 const FEWEST_RAYS_IN_HASTE: f64 = 1000.0;
-/// Rays that a map takes at least once it has started anew on finer elements, over those that it had.
+/// Ratio of the rays that a map takes at least after it starts anew on finer elements to those that it took before.
 const WORK_ANEW: f64 = 4.0;
-/// Least error that a run which only a limit ends looks for, and steps in which it looks.
+/// Smallest target error that is considered for a run that only a limit ends, and factor between the errors that are tried.
 const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
-/// Cells, and what maps have gathered, may take one part in so many of the memory: solving for their light takes as much again.
+/// Cells, and what maps have gathered, may take one part in this many of the memory. Solving for their light takes as much again.
 pub const SHARE_OF_MEMORY: u64 = 8;
 
 /// A run between its beginning and its end.
@@ -44,23 +44,23 @@ pub struct Run<'a> {
     pub jobs: Vec<Job>,
     /// The cells that gathering rays look up, if any do.
     pub sets: Option<CellSets>,
-    /// Bytes that they, and what maps have gathered, may take.
+    /// Bytes that the cells, and what maps have gathered, may take.
     pub most_bytes_of_cells: u64,
     pub convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
     pub spending: Spending,
     /// How fast its rays are.
     pub clock: Clock,
-    /// How far its maps are.
+    /// The progress of its maps.
     pub map_states: MapStates,
-    /// Rays after which the observer was last told how it stands.
+    /// Rays at the latest progress report to the observer.
     pub told_at: Option<u64>,
-    /// Rays after which its history last had a row.
+    /// Rays at the latest row of its history.
     pub recorded_at: Option<u64>,
 }
 
 impl<'a> Run<'a> {
-    /// A run of which nothing is done yet; its cells, and what maps gather, may take so many bytes.
+    /// Creates a run before any work; its cells, and what maps gather, may take `most_bytes_of_cells` bytes.
     pub fn new(
         context: &'a Context<'a>,
         settings: &'a Settings,
@@ -87,7 +87,7 @@ impl<'a> Run<'a> {
 }
 
 impl Run<'_> {
-    /// Begins with pilots; whether the user let them come to their end.
+    /// Begins with pilots. Returns whether they ended without an interruption by the user.
     pub fn begin(&mut self) -> bool {
         let piloted = Instant::now();
         self.jobs = choose_jobs(self.context, &self.settings.maps);
@@ -106,7 +106,7 @@ impl Run<'_> {
         !self.observer.is_interrupted()
     }
 
-    /// Pilots, and what follows from them.
+    /// Runs the pilots of gathering and plans what follows from them.
     pub fn prepare(&mut self) {
         self.start_gathering();
         let affordable_rays = self.affordable_rays();
@@ -138,12 +138,12 @@ impl Run<'_> {
         }
     }
 
-    /// Whether there is light to gather, by a method that may.
+    /// Whether there is light to gather, and the method allows gathering.
     pub fn may_gather(&self) -> bool {
         matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects()
     }
 
-    /// Lets the maps gather that can, where that is asked for or pays.
+    /// Lets maps gather that can, if gathering is requested or pays.
     pub fn start_gathering(&mut self) {
         if !self.may_gather() {
             return;
@@ -169,12 +169,12 @@ impl Run<'_> {
         }
         let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
         let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
-        // Samples of cells go on by reflectances alone.
+        // Samples of cells end by reflectance alone, so their walks are not longer.
         let longer = self.context.stage.roulette.longer;
         self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk / longer));
     }
 
-    /// The target, or the error that a time limit affords, about.
+    /// The target, or approximately the error that a time limit affords.
     pub fn error_to_plan_for(&self) -> f64 {
         if let Some(target) = self.settings.target_error.or(self.target_error) {
             return target;
@@ -189,7 +189,7 @@ impl Run<'_> {
         least_affordable(DEFAULT_TARGET_ERROR, self.affordable_rays(), work).min(DEFAULT_TARGET_ERROR)
     }
 
-    /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; without a limit all do.
+    /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; infinite without a limit.
     pub fn affordable_rays(&self) -> f64 {
         let Some(limit_s) = self.settings.time_limit_s else {
             return f64::INFINITY;
@@ -199,8 +199,8 @@ impl Run<'_> {
         0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
     }
 
-    /// Whether the least that can be done next of a map ends soon after a time limit, or now where that has passed, at the rate so far: in
-    /// a nearly white place that is not refused, a single packet of every replica may take seconds.
+    /// Whether the smallest next step of a map ends soon after the time limit, at the rate so far; if the limit has passed, soon after now.
+    /// In a nearly white room that is not refused, a single packet of every replica may take seconds.
     fn fits(&self, job: &Job, all_rays: u64) -> bool {
         let Some(limit_s) = self.settings.time_limit_s else {
             return true;
@@ -210,7 +210,8 @@ impl Run<'_> {
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
-    /// Rays that end within a time limit and the patience beyond it, at the rate of the map's next kind of work, or else of the run so far.
+    /// Rays that end within a time limit and the patience beyond it. Their rate is that of the map's next kind of work, else that of the
+    /// run so far.
     pub fn rays_in_patience(&self, job: &Job) -> f64 {
         if self.settings.time_limit_s.is_none() {
             return f64::INFINITY;
@@ -221,15 +222,15 @@ impl Run<'_> {
         patience_s(self.settings.time_limit_s, wall_s) * rays_per_s
     }
 
-    /// Whether the map's next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number
-    /// of chains may take many times the limit.
+    /// Whether the map's next slice ends in time. This matters if the clock does not control its size: with slow rays, a slice of a fixed
+    /// number of chains may take many times the limit.
     fn slice_fits(&self, job: &Job) -> bool {
         let rays = || job.rays_of_next_slice(self.context, self.goal(job));
         self.settings.chains.is_none() || rays() <= self.rays_in_patience(job)
     }
 
-    /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
-    /// infinitely many where only a limit or the user ends it.
+    /// Rays, approximately, for which walks and gathering take light samples until the run's end, from the measurements of the pilots;
+    /// infinite if only a limit or the user ends it.
     fn planned_rays(&self) -> f64 {
         let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Collision;
         let jobs = self.jobs.iter().filter(looks);
@@ -245,9 +246,9 @@ impl Run<'_> {
         }
     }
 
-    /// Finer elements, where these cannot show what the target asks for; the map starts anew then, or its direct light alone.
-    ///
-    /// A limit must leave time for so much more work: what a map starts anew and does not finish is worth less than what it had.
+    /// Refines the elements if they cannot show what the target requires. Then the map starts anew, or only its direct light. Returns
+    /// whether it did.
+    /// A limit must leave time for the extra work: a map that starts anew and does not finish is worth less than before.
     fn refine_elements(&mut self, index: usize) -> bool {
         let affordable_rays = self.affordable_rays();
         let job = &mut self.jobs[index];
@@ -264,7 +265,7 @@ impl Run<'_> {
         true
     }
 
-    /// What a map that gathers needs next.
+    /// Plans the next work of a map that gathers.
     fn plan_gathering(&mut self, index: usize) {
         let job = &mut self.jobs[index];
         if job.engine == Engine::Gather && !job.met && self.settings.chains.is_none() {
@@ -283,7 +284,7 @@ impl Run<'_> {
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
         self.note(index);
         if !self.keeps_to_its_memory() {
-            // A map has gone over to walks or counts, which keep sums alone: how all maps stand is found anew.
+            // A map has changed to walks or counts, which store only sums. The states of all maps are evaluated anew.
             self.map_states.forget();
             return;
         }
@@ -293,8 +294,8 @@ impl Run<'_> {
         self.look(index);
     }
 
-    /// Whether a map may leave what it has gathered or connected for another method: one that the target does not bind keeps it as long as
-    /// its share of the rays would not see the other through.
+    /// Whether a map may change from gathering or local estimation to another method. An unbound map keeps its method if its share of the
+    /// rays is too small to finish with the other one.
     fn may_begin_anew(&self, job: &Job, target: f64) -> bool {
         let work = || job.work_without_gathering(self.context, target * job.judgement.mean_lx);
         job.bound || work() <= self.rays_for_unbound(0.0)
@@ -342,8 +343,8 @@ impl Run<'_> {
         }
     }
 
-    /// Whether cells, and what maps have gathered, take no more than their share of the memory. Where they would, the map that
-    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that gathers.
+    /// Whether cells, and what maps have gathered, take no more than their share of the memory. If they take more, the map that takes most
+    /// and has not met the target changes to walks or counts. The cells are dropped with the last map that gathers.
     fn keeps_to_its_memory(&mut self) -> bool {
         let Some(sets) = &self.sets else {
             return true;
@@ -369,7 +370,7 @@ impl Run<'_> {
         false
     }
 
-    /// Every map that was asked for shows something, however the run ended.
+    /// Makes every requested map show something, however the run ended.
     pub fn give_every_map_a_start(&mut self, in_haste: bool) {
         let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
         let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));
@@ -390,7 +391,7 @@ impl Run<'_> {
                 job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
             }
             match job.kind {
-                // A sample of every element may take far longer than the maps that were bound.
+                // A sample of every element may take far longer than the bound maps took.
                 MapKind::Elements
                     if !job.is_black()
                         && (in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays) =>
@@ -413,7 +414,8 @@ impl Run<'_> {
         }
     }
 
-    /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
+    /// Removes and returns the maps that show nothing when a time limit passed long ago: a walk from each of their points would take far
+    /// longer.
     pub fn leave_out(&mut self) -> Vec<(String, bool)> {
         let all_rays = self.all_rays();
         if (self.context.time_left)() > TimeLeft::None && self.jobs.iter().all(|job| self.fits(job, all_rays)) {
@@ -444,7 +446,7 @@ impl Run<'_> {
     }
 }
 
-/// The least error up to about `most` that takes no more than the affordable rays, for a run that only a limit ends.
+/// The smallest error up to about `most` that takes no more than the affordable rays, for a run that only a limit ends.
 fn least_affordable(most: f64, affordable_rays: f64, rays_to: impl Fn(f64) -> f64) -> f64 {
     let mut error = LEAST_AIM;
     while error < most && rays_to(error) > affordable_rays {

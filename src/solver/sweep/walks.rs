@@ -1,4 +1,4 @@
-//! Walks from the points of a receiver set: each for itself, or shared among neighbours.
+//! Walks from the points of a receiver set: separate for each point, or shared among neighbours.
 
 use std::ops::Range;
 
@@ -23,25 +23,26 @@ const GROUPS_PER_CHUNK: usize = 8;
 pub struct PointWalks<'a> {
     /// The receiver set.
     pub set: usize,
-    /// Number of the streams: walks that begin anew draw anew.
+    /// Number of the streams. Walks that begin anew use new random numbers.
     pub number: u32,
-    /// How many a point takes in a pass.
+    /// How many walks a point takes in a pass.
     pub allotment: &'a Allotment,
     /// How neighbours share what their walks meet, and the groups of those that do.
     pub sharing: Sharing,
     pub groups: Option<&'a Groups>,
-    /// Indirect illuminance of the points in lx, about.
+    /// Approximate indirect illuminance of the points in lx.
     pub expected_lx: f64,
 }
 
-/// Indirect illuminance of a group in lx by all scores so far, however slices of work parted them: about what leaves the places that it sees.
+/// Indirect illuminance of a group in lx from all scores so far, independent of the slices of work. It approximates the exitance of the
+/// surfaces that the group sees.
 struct GroupLevel {
     sum_lx: f64,
     scores: f64,
 }
 
 impl GroupLevel {
-    /// That of a group in a replica, before any score this illuminance in lx.
+    /// The level of a group in a replica. `expected_lx` counts as one score.
     fn of(expected_lx: f64, (slab, samples): (&[f64], Tally), group: &[u32]) -> GroupLevel {
         let mut level = GroupLevel { sum_lx: expected_lx, scores: 1.0 };
         for entry in group.iter().map(|entry| *entry as usize) {
@@ -61,7 +62,7 @@ impl GroupLevel {
     }
 }
 
-/// Passes of walks from a range of points; returns the rays traced. A pass scores the mean of a point's walks.
+/// Does passes of walks from a range of points. Returns the rays traced. A pass scores the mean of a point's walks.
 pub fn walks_from_points(
     context: &Context,
     walks: PointWalks,
@@ -120,7 +121,7 @@ pub fn walks_from_points(
     merged(&mut map.scores[1], done)
 }
 
-/// The same where neighbours share what their walks meet first; a group's points take the same number of walks.
+/// Does passes of walks where neighbours share what their walks meet first. The points of a group take equally many walks.
 fn shared_walks(
     context: &Context,
     walks: &PointWalks,

@@ -1,16 +1,16 @@
-//! Bias entry by entry: what of the deviation from the truth is the same in all runs.
+//! Bias of each entry: the part of the deviation from the truth that is the same in all runs.
 
 use super::FULL;
 use crate::validation::statistics::ComparedEntry;
 
-/// The mean deviation of an entry may be this share of the error that it states.
+/// Maximum of an entry's mean deviation, as a share of the error that the entry states.
 const SHARE_OF_STATED: f64 = 1.0 / 3.0;
-/// Share of the entries for which that holds in a full campaign.
+/// Minimum share of the entries within that limit in a full campaign.
 const MOST_ENTRIES: f64 = 0.99;
-/// Standard errors of the mean by which no entry may exceed it.
+/// Margin in standard errors of the mean before an entry counts as beyond that limit.
 const BEYOND: f64 = 4.0;
 
-/// Sums over the runs of a campaign, entry by entry.
+/// Sums over the runs of a campaign for each entry.
 #[derive(Clone, Debug, Default)]
 pub struct Biases {
     runs: usize,
@@ -30,7 +30,7 @@ impl BiasSums {
         self.deviation_lx / runs as f64
     }
 
-    /// Standard error of the mean deviation, the truth's own included.
+    /// Standard error of the mean deviation in lx, including the truth's own error.
     fn error_lx(&self, runs: usize) -> f64 {
         let count = runs.max(2) as f64;
         let variance = (self.squared_lx2 / count - self.mean_lx(runs).powi(2)).max(0.0) / (count - 1.0);
@@ -59,14 +59,14 @@ impl Biases {
         self.entries.iter().filter(|sums| sums.stated_lx2 > 0.0)
     }
 
-    /// Share of the entries whose mean deviation is at most a third of what they state.
+    /// Share of the entries whose mean deviation is at most a third of their stated error.
     pub fn share_within(&self) -> f64 {
         let is_within = |sums: &&BiasSums| sums.mean_lx(self.runs).abs() <= SHARE_OF_STATED * sums.stated_lx(self.runs);
         self.noisy().filter(is_within).count() as f64 / self.noisy().count().max(1) as f64
     }
 
-    /// Largest mean deviation, four of its own standard errors less, over the error that the entry states; 0 where chance
-    /// explains all.
+    /// Largest excess of a mean deviation over four of its own standard errors, relative to the error that the entry states. It is
+    /// 0 if random errors explain all deviations.
     pub fn worst(&self) -> f64 {
         let beyond = |sums: &BiasSums| {
             (sums.mean_lx(self.runs).abs() - BEYOND * sums.error_lx(self.runs)) / sums.stated_lx(self.runs)
@@ -74,7 +74,8 @@ impl Biases {
         self.noisy().map(beyond).fold(0.0, f64::max)
     }
 
-    /// Whether bias is small beside what is stated; the share of entries tells little in a campaign of few seeds.
+    /// Returns whether the bias is small compared with the stated errors. The share of entries only counts in a full campaign,
+    /// since it is uncertain with few seeds.
     pub fn is_small(&self) -> bool {
         self.worst() <= SHARE_OF_STATED && (self.runs < FULL || self.share_within() >= MOST_ENTRIES)
     }
@@ -85,8 +86,8 @@ mod tests {
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
 
-    /// 300 runs of 100 entries with errors of 1 lx, about normal (twelve uniform variates; seed 1), off by `bias_lx` in the
-    /// first `off` of them.
+    /// 300 runs of 100 entries with approximately normal errors of 1 lx (twelve uniform variates; seed 1). The first `off` entries
+    /// have the bias `bias_lx`.
     fn biases(bias_lx: f64, off: usize) -> Biases {
         let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
         let mut biases = Biases::default();
@@ -109,7 +110,7 @@ mod tests {
         biases
     }
 
-    /// The mean of 300 runs has an error of 0.058 lx: a third of what is stated is 5.8 of them (α = 1e-8 an entry).
+    /// The mean of 300 runs has a standard error of 0.058 lx. A third of the stated error is 5.8 of these (α = 1e-8 per entry).
     #[test]
     fn a_bias_of_half_the_stated_error_at_two_entries_of_a_hundred_is_refused_and_none_is_not() {
         assert!(biases(0.0, 0).is_small());

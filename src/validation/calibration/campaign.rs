@@ -1,4 +1,4 @@
-//! Runs of one map with many seeds, and what they sum up to.
+//! Runs of one map with many seeds, and their statistics.
 
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
@@ -12,83 +12,84 @@ use crate::validation::forecasts::{JudgedForecast, judged_forecasts, median};
 use crate::validation::measure::Stopwatch;
 use crate::validation::statistics::EntrySet;
 
-/// Probabilities at which error bars are held against the truth.
+/// Probability levels at which error bars are compared with the truth.
 pub(super) const LEVELS: [f64; 9] = [0.1, 0.25, 0.5, 0.683, 0.8, 0.9, NOMINAL, 0.99, 0.999];
-/// Place of [`NOMINAL`] among them.
+/// Index of [`NOMINAL`] in `LEVELS`.
 pub(super) const AT_NOMINAL: usize = 6;
-/// Forecasts are held to what comes true after this share of the work, as the source of the method did.
+/// Share of the work at which early forecasts are compared with the result, as in the paper that is the source of the method.
 const EARLY: f64 = 0.024;
 
-/// A campaign of dear runs has fewer seeds: so many rays for each seed that was asked for, and no fewer seeds than this.
+/// A campaign of expensive runs has fewer seeds. It may use this many rays per requested seed, but has at least `FEWEST_SEEDS`
+/// seeds.
 const RAYS_PER_SEED: f64 = 8e5;
 const FEWEST_SEEDS: u64 = 20;
 
-/// What a campaign is asked for.
+/// Settings of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub struct CampaignSettings {
-    /// Runs, with seeds from 0.
+    /// Number of runs, with seeds from 0.
     pub seeds: u64,
     /// Target of every run, as a fraction.
     pub target_error: f64,
-    /// Whether maps by `auto` are run beside those by `collision`.
+    /// Whether maps by `auto` are run in addition to those by `collision`.
     pub with_auto: bool,
-    /// Runs at a time.
+    /// Number of runs at the same time.
     pub threads: usize,
 }
 
-/// One run beside the truth.
+/// One run compared with the truth.
 #[derive(Clone, Debug)]
 pub struct SeedRun {
-    /// Seed.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Estimator that gave the map.
+    /// Estimator of the map.
     pub estimator: String,
-    /// Whether it said "target met".
+    /// Whether the run reported "target met".
     pub target_met: bool,
     /// True relative RMS error.
     pub true_error: f64,
     /// Stated error.
     pub stated_error: f64,
-    /// Effective degrees of freedom that it stated.
+    /// Effective degrees of freedom that the run states.
     pub degrees_of_freedom: f64,
-    /// Rays.
+    /// Number of rays.
     pub rays: u64,
-    /// Chains.
+    /// Number of chains.
     pub chains: u64,
-    /// Seconds.
+    /// Seconds for building and computing.
     pub seconds: f64,
-    /// Looks at which the error was accepted and a statistical check refused it.
+    /// Number of error checks at which the error met the target but a statistical check refused it.
     pub refusals: u64,
-    /// Entries with error bars, and how many lie within the quantiles of `LEVELS`.
+    /// Number of entries with error bars. `within` counts those within the quantiles of `LEVELS`.
     pub noisy: usize,
-    /// These counts.
+    /// Number of entries within the quantile of each level.
     pub within: [usize; LEVELS.len()],
     /// Weighted mean deviation over the mean exact value.
     pub bias: f64,
-    /// Forecasts.
+    /// Forecasts compared with the result.
     pub forecasts: Vec<JudgedForecast>,
 }
 
 /// Runs of one map of one case by one method.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// Case.
+    /// Name of the case.
     pub case: String,
-    /// What is compared.
+    /// Name of the comparison.
     pub comparison: String,
-    /// Method asked for.
+    /// Name of the method.
     pub method: &'static str,
-    /// Values compared in every run.
+    /// Number of values compared in every run.
     pub values: usize,
-    /// Target of every run.
+    /// Target error of every run.
     pub target_error: f64,
     /// The runs in the order of their seeds.
     pub runs: Vec<SeedRun>,
-    /// What of the deviations is the same in all runs.
+    /// Deviations that are the same in all runs.
     pub biases: Biases,
 }
 
-/// Runs all campaigns of a case; `tell` hears of every one that begins.
+/// Runs all campaigns of a case. `tell` receives the name of every campaign that begins.
 ///
 /// # Errors
 ///
@@ -127,7 +128,7 @@ pub fn calibrate(
     Ok(campaigns)
 }
 
-/// One run a thread at a time: runs are short, and results do not depend on threads.
+/// Each thread computes one run at a time: runs are short, and results do not depend on the number of threads.
 fn solve_all(run: &CaseRun, comparison: &Comparison, method: Method, settings: &CampaignSettings) -> Vec<Solution> {
     let solve_one = |seed: u64| {
         let settings = Settings {
@@ -140,7 +141,7 @@ fn solve_all(run: &CaseRun, comparison: &Comparison, method: Method, settings: &
         };
         solve(&run.scene, &settings, &Stopwatch::starting_now())
     };
-    // The first run tells what the others will cost.
+    // The first run shows the cost of the others.
     let first = solve_one(0);
     let affordable = RAYS_PER_SEED * settings.seeds as f64 / first.rays.max(1) as f64;
     let seeds = settings.seeds.min((affordable as u64).max(FEWEST_SEEDS));
@@ -190,7 +191,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
 }
 
 impl Campaign {
-    /// Estimators that gave the map, most often used first.
+    /// Estimators of the map, the most frequent first.
     pub fn estimators(&self) -> String {
         let mut counts: Vec<(String, usize)> = Vec::new();
         for run in &self.runs {
@@ -207,7 +208,7 @@ impl Campaign {
         self.runs.iter().map(of).sum::<f64>() / self.runs.len().max(1) as f64
     }
 
-    /// Median of the degrees of freedom that the runs stated.
+    /// Median of the degrees of freedom that the runs state.
     pub fn degrees_of_freedom(&self) -> f64 {
         median(self.runs.iter().map(|run| run.degrees_of_freedom).collect())
     }
@@ -218,7 +219,8 @@ impl Campaign {
         self.runs.iter().map(|run| run.within[level]).sum::<usize>() as f64 / noisy.max(1) as f64
     }
 
-    /// Standard error of the coverage at its nominal level, from the spread of the runs: values of one run hang together.
+    /// Standard error of the coverage at the nominal level. It is computed from the spread between runs, because values of one run
+    /// are correlated.
     pub fn coverage_error(&self) -> f64 {
         let share = |run: &SeedRun| run.within[AT_NOMINAL] as f64 / run.noisy.max(1) as f64;
         let mean = self.mean(share);
@@ -226,7 +228,7 @@ impl Campaign {
         (self.runs.iter().map(|run| (share(run) - mean).powi(2)).sum::<f64>() / (count * (count - 1.0))).sqrt()
     }
 
-    /// Runs that said "target met" and truly are at or under it, and those that said so.
+    /// Number of runs that reported "target met" and truly meet it, and number of runs that reported so.
     pub fn met(&self) -> (usize, usize) {
         let said: Vec<&SeedRun> = self.runs.iter().filter(|run| run.target_met).collect();
         (said.iter().filter(|run| run.true_error <= self.target_error).count(), said.len())
@@ -237,20 +239,20 @@ impl Campaign {
         self.mean(|run| run.true_error.powi(2)).sqrt() / self.target_error
     }
 
-    /// Mean rays over those of an oracle that stops where the expected squared error is the target's: that of a run
-    /// falls as one over its rays, so its rays times its squared error tell the oracle's.
+    /// Mean rays over those of an oracle that stops where the expected squared error is the target's square. A run's squared error
+    /// falls as one over its rays, so the product of both gives the oracle's rays.
     pub fn cost(&self) -> f64 {
         let oracle = self.mean(|run| run.true_error.powi(2) * run.rays as f64) / self.target_error.powi(2);
         self.mean(|run| run.rays as f64) / oracle
     }
 
-    /// Looks at which a statistical check refused, all runs, and runs in which one did.
+    /// Number of error checks refused by a statistical check in all runs, and number of runs with a refusal.
     pub fn refusals(&self) -> (u64, usize) {
         let refused = self.runs.iter().filter(|run| run.refusals > 0).count();
         (self.runs.iter().map(|run| run.refusals).sum(), refused)
     }
 
-    /// Mean deviation over the runs in its own standard errors.
+    /// Mean deviation over the runs, in its own standard errors.
     pub fn bias_z(&self) -> f64 {
         let mean = self.mean(|run| run.bias);
         let count = self.runs.len().max(2) as f64;
@@ -271,29 +273,31 @@ impl Campaign {
         Some((median(errors), largest))
     }
 
-    /// The same about the share of the work at which the source of the method tells of a forecast that was 2.2% off.
+    /// Median and largest error of forecasts around the share of work at which the source of the method reports a forecast with an
+    /// error of 2.2%.
     pub fn early_forecast_error(&self) -> Option<(f64, f64)> {
         self.forecast_error(EARLY / 3.0, EARLY * 3.0)
     }
 
-    /// Whether error bars hold.
+    /// Returns whether the error bars have the nominal coverage.
     pub fn covers(&self) -> bool {
         let allowance = COVERAGE_ALLOWANCE + 3.0 * self.coverage_error();
         (self.coverage(AT_NOMINAL) - NOMINAL).abs() <= allowance
     }
 
-    /// Whether "target met" is true often enough.
+    /// Returns whether "target met" is true often enough.
     pub fn keeps_targets(&self) -> bool {
         let (met, said) = self.met();
         met >= fewest_met(said) && said == self.runs.len()
     }
 
-    /// Whether runs stop soon enough.
+    /// Returns whether the runs stop soon enough.
     pub fn is_thrifty(&self) -> bool {
         self.cost() <= most_cost(self.degrees_of_freedom())
     }
 
-    /// Whether error bars hold, targets are kept and no bias hides in them; work is told beside.
+    /// Returns whether error bars have the nominal coverage, targets are met and no bias is large. The work is reported but not
+    /// judged.
     pub fn passes(&self) -> bool {
         self.covers() && self.keeps_targets() && self.biases.is_small()
     }

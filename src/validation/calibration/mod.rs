@@ -1,7 +1,6 @@
-//! Calibration: many runs of cases whose truth is known tell whether error bars, stop rule and forecast keep what they
-//! promise.
+//! Calibration: many runs of cases with known truth test whether error bars, stop rule and forecast are reliable.
 //!
-//! A case of the group `calibration` lends its scene and its truths; chains and targets of its own runs do not count.
+//! A case of the group `calibration` provides its scene and its truths. The chains and targets of its own runs are not used.
 
 mod bias;
 mod campaign;
@@ -17,18 +16,18 @@ use crate::control::CONFIDENCE;
 
 /// Probability with which an honest campaign fails one of its bounds.
 const ALPHA: f64 = 0.01;
-/// A campaign of so many seeds is judged by the plain share that the method promises, too.
+/// A campaign with this many seeds must also reach the plain share `FULL_SHARE`.
 const FULL: usize = 300;
-/// Share of the runs of a full campaign that must truly meet their target.
+/// Minimum share of the runs of a full campaign that must truly meet their target.
 const FULL_SHARE: f64 = 0.925;
-/// A map of so many degrees of freedom is asked to stop within this factor of an oracle's work.
+/// From this many degrees of freedom on, a map must stop within `FACTOR_OF_MANY` times an oracle's work.
 const MANY_DEGREES: f64 = 200.0;
 const FACTOR_OF_MANY: f64 = 1.3;
-/// The same over χ²(k, 95%)/k for maps of fewer.
+/// The factor on χ²(k, 95%)/k for maps of fewer degrees of freedom k.
 const FACTOR_OF_FEW: f64 = 1.2;
-/// Coverage may deviate from its nominal value by this much, and by three of its own standard errors.
+/// Maximum deviation of the coverage from its nominal value, in addition to three of its own standard errors.
 const COVERAGE_ALLOWANCE: f64 = 0.02;
-/// What error bars of two standard errors are held to: 95.4%.
+/// Nominal probability of error bars of two standard errors: 95.4%.
 pub(super) const NOMINAL: f64 = 0.954;
 
 /// |t| that Student's t stays within with this probability.
@@ -37,7 +36,7 @@ pub(super) fn student_within(probability: f64, degrees_of_freedom: f64) -> f64 {
         .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + 0.5 * probability))
 }
 
-/// Fewest of so many runs that may truly meet their target, if each does with the promised probability.
+/// Smallest number of `runs` that must truly meet their target, if each does so with the promised probability.
 pub fn fewest_met(runs: usize) -> usize {
     let Ok(count) = Binomial::new(CONFIDENCE, runs as u64) else {
         return runs;
@@ -46,7 +45,7 @@ pub fn fewest_met(runs: usize) -> usize {
     if runs >= FULL { by_chance.max((FULL_SHARE * runs as f64).ceil() as usize) } else { by_chance }
 }
 
-/// How many times an oracle's work a map of so many degrees of freedom may take.
+/// Maximum work relative to an oracle's work for a map of this many degrees of freedom.
 pub fn most_cost(degrees_of_freedom: f64) -> f64 {
     if degrees_of_freedom >= MANY_DEGREES {
         return FACTOR_OF_MANY;

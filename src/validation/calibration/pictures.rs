@@ -5,16 +5,16 @@ use plotters::prelude::*;
 use super::campaign::{Campaign, LEVELS};
 use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, TEXT, svg, tick};
 
-/// Colours of methods, told apart in print by shape too (Okabe and Ito 2008).
+/// Colour of the method `auto` (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of a row with the runs of one campaign, in SVG units.
 const ROW: u32 = 30;
-/// Where forecasts are drawn.
+/// Layout of the chart of forecasts.
 const FORECASTS: ForecastChart =
     ForecastChart { x_desc: "share of the run that was done, %", first_share: 1e-3, reach: 10.0 };
-/// Errors beyond so many times the target are drawn at the border.
+/// Errors beyond this multiple of the target are drawn at the border.
 const ERROR_REACH: f64 = 3.0;
-/// Forecasts of a campaign that are drawn, evenly chosen.
+/// Maximum number of forecasts drawn for a campaign, evenly chosen.
 const MOST_DOTS: usize = 400;
 
 fn colour(campaign: &Campaign) -> RGBColor {
@@ -25,14 +25,14 @@ fn name(campaign: &Campaign) -> String {
     format!("{}: {}, {}", campaign.case, campaign.comparison, campaign.method)
 }
 
-/// Names of the two methods above a picture.
+/// Draws the legend of the two methods above a picture.
 fn methods(area: &PlotArea) -> Drawn {
     use crate::validation::plots::{Sign, legend};
     let signs = [(Sign::Dot(MEASURED), "collision".to_owned()), (Sign::Dot(OTHER), "auto".to_owned())];
     legend(area, &signs)
 }
 
-/// Coverage less its nominal level, a line a campaign.
+/// Picture of the coverage minus its nominal level, one line per campaign.
 pub(super) fn coverage_picture(campaigns: &[Campaign]) -> String {
     svg(400, |area| {
         let (top, plot) = area.split_vertically(28);
@@ -67,7 +67,7 @@ pub(super) fn coverage_picture(campaigns: &[Campaign]) -> String {
     })
 }
 
-/// True error over target, a row a campaign, a dot a run.
+/// Picture of the true error over the target, one row per campaign and one dot per run.
 pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
     let height = 90 + ROW * campaigns.len() as u32;
     svg(height, |area| {
@@ -102,7 +102,7 @@ pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
         for (index, campaign) in campaigns.iter().enumerate() {
             let middle = rows - 1.0 - index as f64;
             let dots = ratios(campaign).into_iter().enumerate().map(|(run, ratio)| {
-                // Spread over the row's height by the golden section, so that dots lie apart.
+                // Dots are spread over the row's height by the golden section, so that they overlap less.
                 let shift = 0.6 * ((run as f64 * 0.618_033_988_75).fract() - 0.5);
                 Circle::new((ratio, middle + shift), 2, colour(campaign).mix(0.5).filled())
             });
@@ -112,7 +112,7 @@ pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
     })
 }
 
-/// Forecasts over what came true against the share of the work.
+/// Picture of the forecasts over the actual result, against the share of the work.
 pub(super) fn forecast_picture(campaigns: &[Campaign]) -> String {
     svg(420, |area| {
         let (top, plot) = area.split_vertically(28);

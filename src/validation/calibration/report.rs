@@ -1,4 +1,4 @@
-//! Tells of a calibration: table, page, Markdown, CSV.
+//! Reports of a calibration: table, HTML page, Markdown, CSV.
 
 use super::campaign::{AT_NOMINAL, Campaign, CampaignSettings};
 use super::pictures::{coverage_picture, error_picture, forecast_picture};
@@ -16,7 +16,7 @@ const HOW_TO_READ: [&str; 5] = [
     "Forecasts are of the rays at the end; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
 ];
 
-/// One row a campaign.
+/// Table with one row per campaign.
 pub fn calibration_table(campaigns: &[Campaign]) -> Table {
     let rows = campaigns.iter().map(|campaign| {
         let (met, said) = campaign.met();
@@ -80,7 +80,7 @@ fn circumstances(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u6
     )
 }
 
-/// What does not hold, in words.
+/// Failed conditions and excessive costs, in words.
 fn failures(campaigns: &[Campaign]) -> Vec<String> {
     let mut found = Vec::new();
     for campaign in campaigns {
@@ -111,7 +111,7 @@ fn failures(campaigns: &[Campaign]) -> Vec<String> {
     found
 }
 
-/// The report as one page.
+/// The report as an HTML page.
 pub fn calibration_html(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u64) -> String {
     let mut page = opening("luxmc calibration");
     page.push_str("<h1>Calibration of error bars, stop rule and forecast</h1>\n");
@@ -146,7 +146,7 @@ pub fn calibration_html(campaigns: &[Campaign], settings: &CampaignSettings, uni
     page
 }
 
-/// The pictures by file name, for pages that keep them apart.
+/// The pictures by file name, for pages that store them separately.
 pub fn calibration_pictures(campaigns: &[Campaign]) -> Vec<(&'static str, String)> {
     vec![
         ("calibration-coverage.svg", coverage_picture(campaigns)),
@@ -169,7 +169,7 @@ pub fn calibration_md(campaigns: &[Campaign], settings: &CampaignSettings, unix_
     text
 }
 
-/// One row a run.
+/// CSV with one row per run.
 pub fn calibration_csv(campaigns: &[Campaign]) -> String {
     let mut text = String::from(
         "case,comparison,method,estimator,seed,target_error,target_met,true_error,stated_error,degrees_of_freedom,values,covered,bias,rays,chains,refusals,compute_s\n",

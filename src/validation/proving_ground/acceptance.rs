@@ -1,4 +1,4 @@
-//! Whether what came out is accepted, by what chance leaves of the bounds.
+//! Decides whether the results of a proof are accepted, with bounds that allow for random variation.
 
 use super::campaign::Proof;
 use super::judgement::LEVEL;
@@ -6,15 +6,15 @@ use super::summary::{Group, Sums};
 use crate::validation::calibration::fewest_met;
 use crate::validation::words::{percent, significant};
 
-/// No map that said "target met" may be off by more than this many times its target.
+/// Maximum true error over the target for a map that reported "target met".
 const MOST_OVER_TARGET: f64 = 1.3;
-/// Coverage of all error bars may be off its level by this much; that of one room may be as low as the other.
+/// Maximum deviation of the coverage of all error bars from its level, and minimum coverage of one room.
 const COVERAGE_ALLOWANCE: f64 = 0.01;
 const LEAST_OF_A_ROOM: f64 = 0.91;
-/// Standard errors by which chance may shift a coverage.
+/// Number of standard errors by which a coverage may deviate randomly.
 const BY_CHANCE: f64 = 3.0;
 
-/// What does not hold, in words; empty where the proof is accepted.
+/// Failed conditions in words; empty if the proof is accepted.
 pub fn failures(proof: &Proof) -> Vec<String> {
     let mut found = Vec::new();
     for group in [Group::Tuned, Group::Untuned] {
@@ -43,7 +43,7 @@ pub fn failures(proof: &Proof) -> Vec<String> {
     found
 }
 
-/// What a reader should know besides, though nothing fails by it.
+/// Remarks for the reader that do not affect the acceptance.
 pub fn remarks(proof: &Proof) -> Vec<String> {
     let mut found = Vec::new();
     for room in &proof.rooms {
@@ -61,14 +61,14 @@ pub fn remarks(proof: &Proof) -> Vec<String> {
             reasons.push(format!("{}: no rival: {reason}", room.name()));
         }
     }
-    // One reason for all rooms is no news.
+    // If all rooms have a reason, the reasons are left out.
     if reasons.len() < proof.rooms.len() {
         found.append(&mut reasons);
     }
     found
 }
 
-/// Fewer maps under their target than a promise of 95% leaves by chance.
+/// Reports if fewer maps meet their target than random variation of a 95% promise allows.
 fn too_few(sums: &Sums) -> Option<String> {
     let fewest = fewest_met(sums.said_met);
     (sums.said_met > 0 && sums.truly_met < fewest)
@@ -107,8 +107,8 @@ mod tests {
     use super::super::summary::mean_and_worst;
     use super::*;
 
-    /// Ten rooms of 20 runs of one map to 1%. `off` of 20 runs are over their target, by the factor `over`; of 200 error bars `held`
-    /// hold.
+    /// Ten rooms with 20 runs of one map to 1%. In `off` of 20 runs the true error exceeds the target by the factor `over`. `held`
+    /// of 200 error bars contain the truth.
     fn proof(off: usize, over: f64, held: usize) -> Proof {
         let run = |seed: u64| RunProof {
             target_error: 0.01,
@@ -142,13 +142,13 @@ mod tests {
         Proof { rooms: (0..10).map(room).collect() }
     }
 
-    /// 5% over the target are promised; 10% are not, and neither is 1.35 times the target once.
+    /// 5% of the runs over the target are allowed. 15% of the runs are not, and neither is 1.35 times the target once.
     #[test]
     fn planted_faults_fail_and_sound_runs_do_not() {
         assert_eq!(failures(&proof(1, 1.1, 190)), Vec::<String>::new());
         assert!(failures(&proof(3, 1.1, 190)).iter().any(|failure| failure.contains("fewer than")));
         assert!(failures(&proof(1, 1.35, 190)).iter().any(|failure| failure.contains("1.35 targets")));
-        // Error bars that hold in 92%: fewer than 94% over all, enough for a room. Those that hold in 88% fail both.
+        // Error bars that hold in 92%: less than 94% over all, but enough for each room. With 88% both conditions fail.
         let low = failures(&proof(1, 1.1, 184));
         assert!(low.len() == 1 && low[0].contains("92"), "{low:?}");
         assert_eq!(failures(&proof(1, 1.1, 176)).len(), 11);

@@ -1,4 +1,4 @@
-//! Runs every room at every target with many seeds.
+//! Runs `auto` in every room, to every target and with many seeds.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -16,52 +16,52 @@ use crate::solver::{MapSelection, Method, Settings, Solution};
 use crate::validation::error::CaseError;
 use crate::validation::forecasts::{JudgedForecast, judged_forecasts};
 
-/// What is to be proved.
+/// Settings of a proof.
 #[derive(Clone)]
 pub struct ProofSettings {
     /// Kinds of rooms.
     pub kinds: Vec<&'static Kind>,
-    /// Rooms of each kind, with seeds from 0.
+    /// Number of rooms of each kind, with seeds from 0.
     pub rooms: u64,
-    /// Runs of each room and target, with seeds from 0.
+    /// Number of runs of each room and target, with seeds from 0.
     pub seeds: u64,
     /// Targets, as fractions.
     pub targets: Vec<f64>,
-    /// How exact references are.
+    /// Accuracy of the references.
     pub reference: ReferenceSettings,
-    /// Where they are kept.
+    /// Folder in which references are stored.
     pub references: PathBuf,
     /// The rival, if there is one.
     pub rival: Option<Rival>,
-    /// Processor seconds after which a run is given up.
+    /// Processor seconds after which a run is stopped.
     pub patience_s: f64,
-    /// Rooms at a time, each on one thread.
+    /// Number of rooms computed at the same time, each on one thread.
     pub threads: usize,
 }
 
-/// Everything that came out.
+/// All results of a proof.
 #[derive(Clone, Debug, Default)]
 pub struct Proof {
     /// Rooms by kind, then by seed.
     pub rooms: Vec<RoomProof>,
 }
 
-/// What came out of a room.
+/// Results of a room.
 #[derive(Clone, Debug)]
 pub struct RoomProof {
     /// Name of the kind.
     pub kind: &'static str,
     /// Seed of the room.
     pub seed: u64,
-    /// Size of the scene.
+    /// Number of triangles of the scene.
     pub triangles: usize,
     /// Number of its luminaires.
     pub luminaires: usize,
-    /// What the reference took.
+    /// Cost of the reference.
     pub reference: Cost,
-    /// What walks take to each target.
+    /// Cost of walks to each target.
     pub walks: Vec<Cost>,
-    /// What the rival takes to each target; else why it does not run here.
+    /// Cost of the rival to each target, or the reason why it does not run here.
     pub rival: Result<Vec<Cost>, String>,
     /// Runs, target by target.
     pub runs: Vec<RunProof>,
@@ -74,28 +74,28 @@ pub struct RunProof {
     pub target_error: f64,
     /// Seed of the run.
     pub seed: u64,
-    /// What it took.
+    /// Cost of the run.
     pub cost: Cost,
-    /// Why it ended.
+    /// Reason of the end.
     pub stop_reason: &'static str,
-    /// One entry a receiver set that has light.
+    /// One entry per receiver set with light.
     pub maps: Vec<MapProof>,
-    /// What it said of its end, in order.
+    /// Forecasts of its end, in order.
     pub forecasts: Vec<JudgedForecast>,
 }
 
-/// A map of a run.
+/// A map of a run compared with the reference.
 #[derive(Clone, Debug)]
 pub struct MapProof {
     /// Name of the receiver set.
     pub name: String,
-    /// Estimator that gave it.
+    /// Estimator of the map.
     pub estimator: String,
-    /// Whether it said "target met".
+    /// Whether it reported "target met".
     pub said_met: bool,
     /// Stated error.
     pub stated_error: f64,
-    /// What it is beside the reference.
+    /// Comparison with the reference.
     pub judgement: RoomJudgement,
 }
 
@@ -105,17 +105,17 @@ impl RoomProof {
         format!("{}-{}", self.kind, self.seed)
     }
 
-    /// Whether methods may be tuned on it: rooms of even seeds. Those of odd seeds are for judging alone.
+    /// Returns whether methods may be tuned on the room: rooms with even seeds. Rooms with odd seeds serve only for judging.
     pub fn is_for_tuning(&self) -> bool {
         self.seed.is_multiple_of(2)
     }
 }
 
-/// Runs everything; `tell` hears of every room and run that begins.
+/// Runs the whole proof. `tell` receives a message for every room and run that begins.
 ///
 /// # Errors
 ///
-/// A room that cannot be read, a reference that cannot be kept.
+/// A room that cannot be read, or a reference that cannot be stored.
 pub fn prove(settings: &ProofSettings, tell: &(dyn Fn(&str) + Sync)) -> Result<Proof, CaseError> {
     let wanted: Vec<(&'static Kind, u64)> =
         settings.kinds.iter().flat_map(|kind| (0..settings.rooms).map(|seed| (*kind, seed))).collect();
@@ -218,7 +218,7 @@ fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &S
     judge(&entries, solution.replicas.saturating_sub(1) as f64)
 }
 
-/// The reference's own error of a set; 0 where it found no light.
+/// The reference's own error of a set; 0 if it found no light.
 fn own_error(scene: &Scene, reference: &Reference, set: usize) -> f64 {
     let truth = &reference.maps[set];
     let points = &scene.receivers[set].points;

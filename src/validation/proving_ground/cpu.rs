@@ -1,23 +1,23 @@
-//! Seconds of a processor that a piece of work takes.
+//! Processor seconds of a piece of work.
 
 use std::time::Instant;
 
-/// Where Linux tells how long the asking thread has run, in ns, as the first number.
+/// Linux file whose first number is the run time of the calling thread in ns.
 const THREAD_TIME: &str = "/proc/thread-self/schedstat";
 
-/// Counts the processor's seconds that a thread takes. Where the system does not tell them they are those of the clock.
+/// Measures the processor seconds of a thread. If the system does not provide them, it measures elapsed time.
 pub struct ThreadClock {
     started: Instant,
     before_s: Option<f64>,
 }
 
 impl ThreadClock {
-    /// Counts from now on.
+    /// Starts measuring now.
     pub fn starting_now() -> ThreadClock {
         ThreadClock { started: Instant::now(), before_s: thread_s() }
     }
 
-    /// Seconds since it was started; asked by the thread that started it.
+    /// Seconds since the start. The thread that started the clock must call it.
     pub fn cpu_s(&self) -> f64 {
         match (self.before_s, thread_s()) {
             (Some(before_s), Some(now_s)) => now_s - before_s,
@@ -26,7 +26,7 @@ impl ThreadClock {
     }
 }
 
-/// Runs something on one thread alone, so that a [`ThreadClock`] started in it counts all of its work.
+/// Runs work on one thread, so that a [`ThreadClock`] started in it measures all of the work.
 pub fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
         Ok(pool) => pool.install(work),
@@ -43,7 +43,7 @@ fn thread_s() -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Work of a tenth of a second, with parallel loops in it, is counted; sleeping is not.
+    /// Work of a tenth of a second with parallel loops is measured; sleep is not.
     #[test]
     fn work_counts_and_sleep_does_not() {
         use rayon::prelude::*;

@@ -1,43 +1,44 @@
-//! A map of a run beside the reference: its true error, and how many of its error bars hold.
+//! Comparison of a run's map with the reference: its true error, and the number of its error bars that hold.
 
 use crate::validation::calibration::student_within;
 
-/// Level at which single error bars are judged.
+/// Probability level at which single error bars are judged.
 pub const LEVEL: f64 = 0.95;
-/// Two numbers that agree to this share are the same: rounding of sums.
+/// Two numbers with a smaller relative difference are equal: rounding of sums.
 const ROUNDING: f64 = 1e-9;
 
-/// A receiver: what a run says of it and what the reference says.
+/// Values of a run and of the reference at a receiver.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JudgedEntry {
     /// Illuminance of the run in lx.
     pub value_lx: f64,
-    /// Its standard error in lx.
+    /// Standard error of the run's value in lx.
     pub standard_error_lx: f64,
     /// Illuminance of the reference in lx.
     pub reference_lx: f64,
-    /// Its standard error in lx.
+    /// Standard error of the reference's value in lx.
     pub reference_error_lx: f64,
     /// Weight in the map's error.
     pub weight: f64,
 }
 
-/// What comes out for a map. Errors are fractions of the reference's mean.
+/// Judgement of a map. Errors are fractions of the reference's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoomJudgement {
-    /// True error: the root of the mean square deviation less the reference's own; 0 where that leaves nothing.
+    /// True error: the root of the mean square deviation minus the reference's own mean square error; 0 if the difference is
+    /// negative.
     pub true_error: f64,
     /// The reference's own error.
     pub reference_error: f64,
-    /// Error bars that can be judged.
+    /// Number of error bars that can be judged.
     pub bars: usize,
-    /// How many of them hold the truth.
+    /// Number of these that contain the truth.
     pub held: usize,
 }
 
-/// Judges a map; `None` where the reference found no light or no receiver has a weight.
+/// Judges a map; `None` if the reference found no light or no receiver has a weight.
 ///
-/// The error bars have the given degrees of freedom. A value that says it is exact must agree within the reference's bar alone.
+/// The error bars have the given degrees of freedom. A value stated as exact must agree within the reference's error bar alone.
 pub fn judge(entries: &[JudgedEntry], degrees_of_freedom: f64) -> Option<RoomJudgement> {
     let sum = |of: fn(&JudgedEntry) -> f64| entries.iter().map(|entry| entry.weight * of(entry)).sum::<f64>();
     let weight = sum(|_| 1.0);
@@ -68,13 +69,13 @@ mod tests {
     use super::super::rooms::Dice;
     use super::*;
 
-    /// About normal, of variance 1: twelve uniform variates less six.
+    /// Approximately normal variate with variance 1: twelve uniform variates minus six.
     fn normal(dice: &mut Dice) -> f64 {
         (0..12).map(|_| dice.unit()).sum::<f64>() - 6.0
     }
 
-    /// 20,000 receivers of 100 lx; the run is off by 2 lx, the reference by 1 lx (seed 1). `off` multiplies the run's deviations, not
-    /// what it states.
+    /// 20,000 receivers of 100 lx. The run has an error of 2 lx, the reference of 1 lx (seed 1). `off` multiplies the run's
+    /// deviations but not its stated errors.
     fn entries(off: f64) -> Vec<JudgedEntry> {
         let mut dice = Dice::new("judgement", 1);
         let entry = |_| JudgedEntry {
@@ -87,18 +88,19 @@ mod tests {
         (0..20_000).map(entry).collect()
     }
 
-    /// The mean square of n deviations has a relative standard error of √(2/n) = 1%, and that of √5 lx less 1 lx one of 1.25% of
-    /// 4 lx², 0.63% of its root: four of them are the bound, 2.5% of 2 lx.
+    /// The mean square of n deviations has a relative standard error of √(2/n) = 1%. That of √5 lx minus 1 lx has 1.25% of 4 lx²,
+    /// or 0.63% of its root. The bound is four of these, 2.5% of 2 lx.
     #[test]
     fn the_true_error_leaves_out_the_references_own() {
         let error = |off: f64| judge(&entries(off), 1e6).unwrap().true_error;
         assert!((error(1.0) - 0.02).abs() < 0.025 * 0.02, "{}", error(1.0));
         assert!((error(1.05) - 0.02).abs() > 0.025 * 0.02, "the planted fault of 5% passed: {}", error(1.05));
-        // 1 lx of a mean that chance shifts by 0.007%: four of it.
+        // Error of 1 lx relative to a mean with a random deviation of 0.007%; the bound is four of these.
         assert!((judge(&entries(1.0), 1e6).unwrap().reference_error - 0.01).abs() < 3e-6);
     }
 
-    /// A share of 95% of 20,000 has a standard error of 0.15%: four of them. Deviations that are 5% larger than stated hold in 93.7%.
+    /// A share of 95% of 20,000 has a standard error of 0.15%; the bound is four of these. Deviations 5% larger than stated hold in
+    /// 93.7%.
     #[test]
     fn error_bars_hold_at_their_level() {
         let share = |off: f64| {
@@ -115,10 +117,10 @@ mod tests {
         let left_out = JudgedEntry { value_lx: 900.0, reference_lx: 1.0, weight: 0.0, ..JudgedEntry::default() };
         let judgement = judge(&[bright, left_out], 15.0).unwrap();
         assert!((judgement.true_error - 0.1).abs() < 1e-12);
-        // It says that it is exact, and is not.
+        // It is stated as exact but is not.
         assert_eq!((judgement.bars, judgement.held), (1, 0));
         assert_eq!(judge(&[JudgedEntry { weight: 1.0, ..JudgedEntry::default() }], 15.0), None);
-        // Both say 0 for certain: nothing to judge.
+        // Both values are 0 with certainty, so there is no error bar to judge.
         let dark = JudgedEntry { weight: 1.0, ..JudgedEntry::default() };
         assert_eq!(judge(&[bright, dark], 15.0).unwrap().bars, 1);
     }

@@ -1,4 +1,4 @@
-//! Who watches a run of the proving ground: nobody but a clock that ends what takes too long.
+//! The observer of runs in the proving ground: a clock that ends runs that take too long.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use super::cpu::{ThreadClock, on_one_thread};
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution, solve};
 
-/// Ends a run after so many processor seconds. The run does not know of it and plans nothing for it, as it would for a time limit.
+/// Ends a run after `limit_s` processor seconds. Unlike with a time limit, the run does not plan for this end.
 struct Patient {
     started: Instant,
     clock: ThreadClock,
@@ -14,7 +14,7 @@ struct Patient {
 }
 
 impl Patient {
-    /// Watches a run on the thread that asks, from now on.
+    /// Starts to observe a run on the calling thread.
     fn starting_now(limit_s: f64) -> Patient {
         Patient { started: Instant::now(), clock: ThreadClock::starting_now(), limit_s }
     }
@@ -30,7 +30,7 @@ impl Observer for Patient {
     }
 }
 
-/// Solves a scene on one thread, for so many processor seconds at most; tells how many it took.
+/// Solves a scene on one thread, for `limit_s` processor seconds at most. Returns the solution and the processor seconds used.
 pub fn solve_watched(scene: &Scene, settings: &Settings, limit_s: f64) -> (Solution, f64) {
     on_one_thread(|| {
         let clock = ThreadClock::starting_now();

@@ -1,4 +1,4 @@
-//! Pictures of a proof: true against stated error, and what others take.
+//! Pictures of a proof: true against stated error, and costs compared with other methods.
 
 use plotters::prelude::*;
 
@@ -6,17 +6,17 @@ use super::campaign::{Proof, RoomProof};
 use super::summary::Group;
 use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, Sign, TEXT, legend, svg, tick};
 
-/// Colour of rooms that nothing was tuned on, and of the rival (Okabe and Ito 2008).
+/// Colour of rooms not used for tuning, and of the rival (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of the bars of one room, in SVG units.
 const ROW: u32 = 22;
-/// Smallest error that is shown beside the target; smaller ones are drawn there.
+/// Smallest error shown, as a share of the target. Smaller errors are drawn at this value.
 const LEAST_SHARE: f64 = 0.02;
-/// Where forecasts are drawn.
+/// Layout of the chart of forecasts.
 const FORECASTS: ForecastChart =
     ForecastChart { x_desc: "share of the rays that was done, %", first_share: 0.005, reach: 5.0 };
 
-/// True error against stated error, a dot a map of a run.
+/// Picture of true error against stated error, one dot per map of a run.
 pub fn error_picture(proof: &Proof) -> String {
     let maps = || {
         proof.rooms.iter().flat_map(|room| {
@@ -63,7 +63,7 @@ pub fn error_picture(proof: &Proof) -> String {
     })
 }
 
-/// Forecasts over what came true against the share of the rays that was done, a line a run.
+/// Picture of forecasts over the actual result, against the share of the rays that was done; one line per run.
 pub fn forecast_picture(proof: &Proof) -> String {
     svg(420, |area| {
         let (top, plot) = area.split_vertically(28);
@@ -86,7 +86,7 @@ pub fn forecast_picture(proof: &Proof) -> String {
     })
 }
 
-/// Processor seconds of walks and of the rival over those of `auto`, bars for every room, at one target.
+/// Picture of the processor seconds of walks and of the rival over those of `auto`, at one target; bars for every room.
 pub fn cost_picture(proof: &Proof, target: usize, target_error: f64) -> String {
     let ratios: Vec<(&RoomProof, [Option<f64>; 2])> = proof
         .rooms

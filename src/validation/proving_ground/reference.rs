@@ -1,4 +1,4 @@
-//! Long runs of walks that stand for the truth of a room, kept in files so that they are made once.
+//! Long runs of walks as the truth of a room. They are stored in files, so that each is computed once.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::solver::{MapSelection, Method, Settings};
 use crate::validation::error::CaseError;
 
-/// Seed of references: far from those of the runs that they judge.
+/// Seed of references, far from the seeds of the runs that they judge.
 const SEED: u64 = 1_000_000_007;
 
 /// A long run of walks in one room.
@@ -19,51 +19,52 @@ const SEED: u64 = 1_000_000_007;
 pub struct Reference {
     /// Fingerprint of the room's files.
     pub fingerprint: String,
-    /// Error that was asked for, as a fraction.
+    /// Target error, as a fraction.
     pub target_error: f64,
-    /// Processor seconds after which it was to end in any case.
+    /// Limit of processor seconds for the run.
     pub limit_s: f64,
-    /// Rays that it took.
+    /// Number of rays traced.
     pub rays: u64,
-    /// Processor seconds that it took.
+    /// Processor seconds used.
     pub cpu_s: f64,
-    /// One entry a receiver set, in the order of the scene.
+    /// One entry per receiver set, in the order of the scene.
     pub maps: Vec<ReferenceMap>,
 }
 
-/// What it says of one receiver set.
+/// Results of the reference for one receiver set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReferenceMap {
     /// Name of the set.
     pub name: String,
-    /// Walks spent on it.
+    /// Number of walks for the set.
     pub walks: u64,
     /// Illuminance of every point in lx.
     pub illuminance_lx: Vec<f64>,
-    /// Its standard error in lx.
+    /// Standard error at every point in lx.
     pub standard_error_lx: Vec<f64>,
 }
 
-/// Rays and processor seconds.
+/// A cost in rays and processor seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
-    /// Rays.
+    /// Number of rays.
     pub rays: f64,
     /// Processor seconds.
     pub cpu_s: f64,
 }
 
-/// How exact references are to be.
+/// Required accuracy of references.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceSettings {
-    /// Their error, as a fraction.
+    /// Target error, as a fraction.
     pub target_error: f64,
-    /// Processor seconds that one may take.
+    /// Limit of processor seconds for one reference.
     pub limit_s: f64,
 }
 
 impl Reference {
-    /// The reference of a room: read from `folder` where one stands there that is as exact as asked, else computed and kept there.
+    /// The reference of a room. It is read from `folder` if a sufficiently accurate one is stored there. Otherwise it is computed
+    /// and stored.
     ///
     /// # Errors
     ///
@@ -115,7 +116,8 @@ impl Reference {
         }
     }
 
-    /// What walks take to a target: of every set its share of the work, by rays ∝ 1/error². `errors` are the sets' own.
+    /// Cost of walks to a target: the sum over the sets of their shares of the work, with rays ∝ 1/error². `errors` are the sets'
+    /// own errors.
     pub fn cost_to(&self, target_error: f64, errors: &[f64]) -> Cost {
         let walks: u64 = self.maps.iter().map(|map| map.walks).sum();
         let share = |map: &ReferenceMap| map.walks as f64 / walks.max(1) as f64;
@@ -125,7 +127,7 @@ impl Reference {
     }
 }
 
-/// Hash of everything that a room's files say (FNV-1a, 64 bits).
+/// Hash of the contents of a room's files (FNV-1a, 64 bits).
 fn fingerprint(room: &Room) -> String {
     let texts = room.files.iter().flat_map(|file| [file.name.as_bytes(), file.text.as_bytes()]);
     let bytes = std::iter::once(room.scene.as_bytes()).chain(texts).flatten();
@@ -143,7 +145,7 @@ fn write(path: &Path, reference: &Reference) -> Result<(), CaseError> {
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     std::fs::create_dir_all(&folder).map_err(refuse)?;
     let text = serde_json::to_string(reference).map_err(|error| refuse(error.into()))?;
-    // Whole or not at all: another run may look for it.
+    // The file is written completely or not at all, because another run may read it.
     let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(refuse)?;
     std::io::Write::write_all(&mut file, text.as_bytes()).map_err(refuse)?;
     file.persist(path).map_err(|error| refuse(error.error))?;
@@ -170,7 +172,7 @@ mod tests {
             cpu_s: 10.0,
             maps: vec![map(300), map(100)],
         };
-        // Three quarters of the work at the target, one quarter at half of it.
+        // Three quarters of the work have the target error, one quarter has half of it.
         let cost = reference.cost_to(0.01, &[0.01, 0.005]);
         assert!((cost.rays - (750.0 + 250.0 / 4.0)).abs() < 1e-9);
         assert!((cost.cpu_s - (7.5 + 2.5 / 4.0)).abs() < 1e-9);

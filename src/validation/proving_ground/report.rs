@@ -1,4 +1,4 @@
-//! Tells of a proof: tables, page, Markdown, CSV.
+//! Reports of a proof: tables, HTML page, Markdown, CSV.
 
 use super::acceptance::{failures, remarks};
 use super::campaign::{Proof, ProofSettings, RoomProof};
@@ -33,7 +33,7 @@ fn shares(sums: &Sums) -> [String; 4] {
     ]
 }
 
-/// One row a target and group of rooms.
+/// Table with one row per target and group of rooms.
 pub fn proof_table(proof: &Proof, settings: &ProofSettings) -> Table {
     let mut rows = Vec::new();
     for (target, target_error) in settings.targets.iter().enumerate() {
@@ -150,7 +150,7 @@ fn region_table(proof: &Proof) -> Table {
     }
 }
 
-/// One row a group of rooms and share of the rays.
+/// Table with one row per group of rooms and share of the rays.
 fn forecast_table(proof: &Proof) -> Table {
     let mut rows = Vec::new();
     for (group, share) in
@@ -209,12 +209,12 @@ fn verdict(proof: &Proof) -> &'static str {
     if failures(proof).is_empty() { "Accepted." } else { "Not accepted:" }
 }
 
-/// The target whose costs are drawn: the smallest.
+/// The target whose costs are drawn: the smallest one.
 fn drawn_target(settings: &ProofSettings) -> Option<(usize, f64)> {
     settings.targets.iter().copied().enumerate().min_by(|one, other| one.1.total_cmp(&other.1))
 }
 
-/// The pictures by file name and what they show.
+/// The pictures with file name and caption.
 fn pictures(proof: &Proof, settings: &ProofSettings) -> Vec<(&'static str, String, String)> {
     let mut pictures = vec![(
         "proving-ground-errors.svg",
@@ -236,12 +236,12 @@ fn pictures(proof: &Proof, settings: &ProofSettings) -> Vec<(&'static str, Strin
     pictures
 }
 
-/// The pictures by file name, for pages that keep them apart.
+/// The pictures by file name, for pages that store them separately.
 pub fn proof_pictures(proof: &Proof, settings: &ProofSettings) -> Vec<(&'static str, String)> {
     pictures(proof, settings).into_iter().map(|(name, picture, _)| (name, picture)).collect()
 }
 
-/// The report as one page.
+/// The report as an HTML page.
 pub fn proof_html(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String {
     let mut page = opening("luxmc proving ground");
     page.push_str("<h1>Proving ground</h1>\n");
@@ -255,7 +255,7 @@ pub fn proof_html(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> Strin
     for (_, picture, caption) in pictures(proof, settings) {
         page.push_str(&format!("<figure>\n{picture}\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&caption)));
     }
-    // No run of a quick look may have taken a second.
+    // In a quick proof no run may have taken a second.
     let forecasts = forecast_table(proof);
     if !forecasts.rows.is_empty() {
         page.push_str("<h3>Forecasts</h3>\n");
@@ -306,7 +306,7 @@ pub fn proof_md(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String 
     text
 }
 
-/// One row a map of a run; rays and seconds are those of the whole run.
+/// CSV with one row per map of a run. Rays and seconds are those of the whole run.
 pub fn proof_csv(proof: &Proof, settings: &ProofSettings) -> String {
     let mut text = String::from(
         "room,kind,room_seed,tuned_on,target_error,seed,stop_reason,rays,cpu_s,map,estimator,target_met,stated_error,true_error,reference_error,bars,bars_held,walks_cpu_s,walks_rays,rival_cpu_s\n",
@@ -315,7 +315,7 @@ pub fn proof_csv(proof: &Proof, settings: &ProofSettings) -> String {
         for run in &room.runs {
             let target = settings.targets.iter().position(|target| *target == run.target_error).unwrap_or(0);
             let walks = room.walks[target];
-            // 0 where there was no rival: no cell is empty.
+            // 0 if there was no rival, so that no cell is empty.
             let rival_s = room.rival.as_ref().map_or(0.0, |costs| costs[target].cpu_s);
             for map in &run.maps {
                 let judgement = &map.judgement;

@@ -1,4 +1,4 @@
-//! A rival program in the same room, on the same receivers, beside the same reference.
+//! Runs a rival program in the same room, on the same receivers, and compares it with the same reference.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -8,30 +8,30 @@ use super::reference::{Cost, Reference};
 use super::rival_scene::rival_scene;
 use crate::scene::Scene;
 
-/// Seed of its random numbers.
+/// Seed of the rival's random numbers.
 const SEED: u32 = 1;
 
-/// The rival.
+/// The rival program and its settings.
 #[derive(Clone, Debug)]
 pub struct Rival {
-    /// The program.
+    /// Path of the program.
     pub program: PathBuf,
-    /// Paths that it traces from each receiver.
+    /// Number of paths that it traces from each receiver.
     pub paths: u32,
 }
 
-/// What a run of the rival came to.
+/// Result of a run of the rival.
 #[derive(Clone, Debug)]
 pub struct RivalRun {
     /// Rays and processor seconds.
     pub cost: Cost,
-    /// Points and true error of every receiver set that has light.
+    /// Number of points and true error of every receiver set with light.
     pub sets: Vec<(usize, f64)>,
 }
 
 impl RivalRun {
-    /// What it takes to a target: of every set its share of the work, by cost ∝ 1/error². It knows the error it has, which no
-    /// user does.
+    /// Cost to a target: the sum over the sets of their shares of the work, with cost ∝ 1/error². It uses the true error, which a
+    /// user does not know.
     pub fn cost_to(&self, target_error: f64) -> Cost {
         let points: usize = self.sets.iter().map(|(points, _)| points).sum();
         let times = |(set, error): &(usize, f64)| *set as f64 / points.max(1) as f64 * (error / target_error).powi(2);
@@ -44,7 +44,7 @@ impl RivalRun {
 ///
 /// # Errors
 ///
-/// A room that it cannot have, a program that does not run: in words.
+/// A room that the rival cannot represent, or a program that does not run; described in words.
 pub fn run_rival(rival: &Rival, scene: &Scene, reference: &Reference) -> Result<RivalRun, String> {
     let program = &rival.program;
     let bytes = rival_scene(scene)?;
@@ -52,7 +52,7 @@ pub fn run_rival(rival: &Rival, scene: &Scene, reference: &Reference) -> Result<
     let folder = tempfile::tempdir().map_err(words)?;
     let [input, output] = ["scene.bin", "out.bin"].map(|name| folder.path().join(name));
     std::fs::write(&input, bytes).map_err(words)?;
-    // One thread, so many paths in one batch, and rays that are fast rather than watertight: as its own script runs it.
+    // One thread, all paths in one batch, and fast instead of watertight rays, as in the rival's own script.
     let numbers = [1, rival.paths, 1, SEED, 0].map(|number| number.to_string());
     let ran = Command::new(program).arg("pt").args([&input, &output]).args(numbers).output().map_err(words)?;
     let told = String::from_utf8_lossy(&ran.stdout);

@@ -1,18 +1,19 @@
-//! A scene as the rival program reads it: little-endian numbers of 32 bits, triangles with reflectances, luminaires, receivers.
+//! Writes a scene in the format of the rival program: little-endian 32-bit numbers, triangles with reflectances, luminaires,
+//! receivers.
 //!
-//! The rival knows diffuse surfaces, points that shine alike in all directions, and at most 64 triangles that shine by Lambert's law
-//! from their fronts. A point of Lambert's law becomes such a triangle of 2 mm.
+//! The rival supports diffuse surfaces, isotropic points, and at most 64 Lambertian triangles that emit from their fronts. A
+//! Lambertian point is converted to a triangle of 2 mm.
 
 use glam::DVec3;
 
 use crate::scene::{Emission, Luminaire, ReflectionLaw, Scene};
 
-/// The rival takes no more shining triangles.
+/// Maximum number of emitting triangles of the rival.
 const MOST_SHINING: usize = 64;
-/// Side of the triangle that stands for a point of Lambert's law, in m.
+/// Side of the triangle that replaces a Lambertian point, in m.
 const POINT_SIDE_M: f64 = 2e-3;
 
-/// The scene as bytes, or why the rival cannot have it.
+/// The scene as bytes, or the reason why the rival cannot represent it.
 pub fn rival_scene(scene: &Scene) -> Result<Vec<u8>, String> {
     let mut reflectances = Vec::with_capacity(scene.triangles.len());
     for triangle in 0..scene.triangles.len() as u32 {
@@ -59,7 +60,7 @@ fn put_number(bytes: &mut Vec<u8>, number: f64) {
     bytes.extend(DVec3::splat(number).as_vec3().x.to_le_bytes());
 }
 
-/// A triangle that shines from its front.
+/// A triangle that emits from its front.
 struct ShiningTriangle {
     corners_m: [DVec3; 3],
     exitance_lm_m2: f64,
@@ -81,7 +82,7 @@ fn add_luminaire(
                 *position_m + radius_m * (cos * first + sin * second)
             };
             let corners_m = [corner(0.0), corner(1.0), corner(2.0)];
-            // The rival reckons with rounded corners: so does the area that shares out the flux.
+            // The rival computes with rounded corners. The area that converts flux to exitance uses the same rounding.
             let [a, b, c] = corners_m.map(|corner| corner.as_vec3().as_dvec3());
             let area_m2 = 0.5 * (b - a).cross(c - a).length();
             shining.push(ShiningTriangle { corners_m, exitance_lm_m2: luminaire.luminous_flux_lm / area_m2 });

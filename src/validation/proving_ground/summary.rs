@@ -1,36 +1,36 @@
-//! What many runs sum up to: shares, means, and the worst.
+//! Statistics over many runs: shares, means, and worst values.
 
 use super::campaign::{MapProof, Proof, RoomProof, RunProof};
 use super::reference::Cost;
 use crate::solver::StopReason;
 use crate::validation::forecasts::JudgedForecast;
 
-/// A map is held to its target where the reference's own error is at most this share of it.
+/// A map is judged by its target if the reference's own error is at most this share of the target.
 const EXACT_ENOUGH: f64 = 0.6;
 
-/// Runs that take fewer seconds are over before a forecast is of use.
+/// Forecasts of runs that take fewer seconds are not judged, since they would be of no use.
 const LEAST_SECONDS_FORECAST: f64 = 1.0;
 
-/// Runs of some rooms to one target, or to all.
+/// Sums over the runs of some rooms to one target, or to all targets.
 #[derive(Clone, Debug, Default)]
 pub struct Sums {
-    /// Maps that said "target met" and that the reference is exact enough to judge.
+    /// Number of maps that reported "target met" and for which the reference is accurate enough to judge.
     pub said_met: usize,
-    /// Those of them whose true error is at or under the target.
+    /// Number of these whose true error is at most the target.
     pub truly_met: usize,
-    /// Maps that did not reach their target.
+    /// Number of maps that did not reach their target.
     pub missed: usize,
-    /// Maps that the reference is not exact enough to judge.
+    /// Number of maps that reported "target met" but for which the reference is not accurate enough to judge.
     pub unjudged: usize,
-    /// Largest true error over the target among those that said "target met", and whose it is.
+    /// Largest true error over the target among the judged maps that reported "target met".
     pub worst: f64,
     /// Name of that map.
     pub worst_name: String,
-    /// Error bars of maps that the reference is exact enough to judge.
+    /// Number of error bars of maps for which the reference is accurate enough.
     pub bars: usize,
-    /// Those that hold.
+    /// Number of error bars that hold.
     pub held: usize,
-    /// Share that holds, run by run.
+    /// Share of error bars that hold, for each run.
     pub shares: Vec<f64>,
     true_squares: f64,
     stated_squares: f64,
@@ -38,7 +38,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds the maps of a run that are asked for.
+    /// Adds the maps of a run for which `wanted` is true.
     pub fn add(&mut self, room: &RoomProof, run: &RunProof, wanted: impl Fn(&MapProof) -> bool) {
         let (mut bars, mut held) = (0, 0);
         for map in run.maps.iter().filter(|map| wanted(map)) {
@@ -77,30 +77,30 @@ impl Sums {
         self.held as f64 / self.bars.max(1) as f64
     }
 
-    /// Root of the mean square of the true error over that of the stated one.
+    /// Ratio of the root mean squares of true error and stated error, each over the target.
     pub fn true_over_stated(&self) -> f64 {
         (self.true_squares / self.stated_squares.max(f64::MIN_POSITIVE)).sqrt()
     }
 
-    /// Root of the mean square of the true error over the target.
+    /// Root mean square of the true error over the target.
     pub fn true_over_target(&self) -> f64 {
         (self.true_squares / self.maps.max(1) as f64).sqrt()
     }
 
-    /// The same of the stated error.
+    /// Root mean square of the stated error over the target.
     pub fn stated_over_target(&self) -> f64 {
         (self.stated_squares / self.maps.max(1) as f64).sqrt()
     }
 }
 
-/// Which rooms a row speaks of.
+/// Group of rooms that a row describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// All.
+    /// All rooms.
     All,
-    /// Those that methods may be tuned on.
+    /// Rooms on which methods may be tuned.
     Tuned,
-    /// Those that they are only judged by.
+    /// Rooms that serve only for judging.
     Untuned,
 }
 
@@ -129,7 +129,7 @@ impl Proof {
         self.rooms.iter().filter(move |room| group.holds(room))
     }
 
-    /// Sums over a group, to one target or to all.
+    /// Sums over a group of rooms, to one target or to all targets.
     pub fn sums(&self, group: Group, target_error: Option<f64>) -> Sums {
         let mut sums = Sums::default();
         for room in self.rooms_of(group) {
@@ -138,7 +138,7 @@ impl Proof {
         sums
     }
 
-    /// The forecasts of the runs of a group that ended at their target and took long enough, each run's in order.
+    /// The forecasts of those runs of a group that met their target and took long enough, in order for each run.
     pub fn forecasts(&self, group: Group) -> impl Iterator<Item = &[JudgedForecast]> {
         let is_judged = |run: &&RunProof| {
             run.stop_reason == StopReason::TargetMet.name() && run.cost.cpu_s >= LEAST_SECONDS_FORECAST
@@ -146,7 +146,7 @@ impl Proof {
         self.rooms_of(group).flat_map(|room| &room.runs).filter(is_judged).map(|run| run.forecasts.as_slice())
     }
 
-    /// Sums over all maps of a name.
+    /// Sums over all maps with this name.
     pub fn sums_of_region(&self, region: &str, target_error: Option<f64>) -> Sums {
         let mut sums = Sums::default();
         for room in &self.rooms {
@@ -155,7 +155,7 @@ impl Proof {
         sums
     }
 
-    /// Names of receiver sets, as they come first.
+    /// Names of receiver sets, in order of first appearance.
     pub fn regions(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
         for map in self.rooms.iter().flat_map(|room| &room.runs).flat_map(|run| &run.maps) {
@@ -168,12 +168,12 @@ impl Proof {
 }
 
 impl RoomProof {
-    /// Runs to a target, or all.
+    /// Runs to one target, or all runs.
     pub fn runs_to(&self, target_error: Option<f64>) -> impl Iterator<Item = &RunProof> {
         self.runs.iter().filter(move |run| target_error.is_none_or(|target| run.target_error == target))
     }
 
-    /// Sums over its runs.
+    /// Sums over its runs, to one target or to all targets.
     pub fn sums(&self, target_error: Option<f64>) -> Sums {
         let mut sums = Sums::default();
         self.runs_to(target_error).for_each(|run| sums.add(self, run, |_| true));
@@ -188,7 +188,8 @@ impl RoomProof {
         Cost { rays: mean(|cost| cost.rays), cpu_s: mean(|cost| cost.cpu_s) }
     }
 
-    /// Seconds of walks and of the rival to a target, given by its number and as an error, over those of `auto`, where every run met it.
+    /// Seconds of walks and of the rival to a target, over those of `auto`. The target is given by its index and as an error.
+    /// `None` unless every run met it.
     pub fn ratios(&self, target: usize, target_error: f64) -> [Option<f64>; 2] {
         let auto_s = self.cost(target_error).cpu_s;
         let counts = self.always_met(target_error) && auto_s > 0.0;
@@ -197,13 +198,13 @@ impl RoomProof {
         [ratio(self.walks[target].cpu_s), rival]
     }
 
-    /// Whether every map of every run to a target met it: without that its cost says nothing.
+    /// Returns whether every map of every run to a target met it. Otherwise the cost is not comparable.
     pub fn always_met(&self, target_error: f64) -> bool {
         self.runs_to(Some(target_error)).all(|run| run.maps.iter().all(|map| map.said_met))
     }
 }
 
-/// Geometric mean and least of some ratios; `None` without any.
+/// Geometric mean and smallest of the ratios; `None` if there are none.
 pub fn mean_and_worst(ratios: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
     if ratios.is_empty() {

@@ -1,4 +1,4 @@
-//! Whether the method auto chooses well: the same maps to the same targets by auto and by every method it could take.
+//! Study of the choices of the method `auto`: the same maps to the same targets by `auto` and by every method that it can choose.
 
 use std::path::Path;
 use std::time::Instant;
@@ -11,17 +11,17 @@ use crate::validation::find::find_cases;
 use crate::validation::report::Table;
 use crate::validation::words::{percent, scientific, significant};
 
-/// By how much auto may be dearer than the best fixed choice.
+/// Maximum cost of `auto` relative to the best fixed method.
 const MOST_RATIO: f64 = 1.3;
-/// Seeds of every run.
+/// Number of seeds for each run.
 const SEEDS: u64 = 3;
-/// A run that is shorter than this is repeated so often, and its least time counts: others may want the processors.
+/// A run shorter than this is repeated `REPEATS` times and its shortest time counts, since other programs may use the processors.
 const SHORT_S: f64 = 0.3;
 const REPEATS: usize = 4;
-/// A fixed method is given up when it has taken so many times auto's rays, and no less than these.
+/// A fixed method is stopped when it has taken this multiple of the rays of `auto`, and at least `LEAST_RAYS`.
 const PATIENCE: f64 = 3.0;
 const LEAST_RAYS: f64 = 1e6;
-/// Targets.
+/// Target errors.
 const TARGETS: [f64; 3] = [0.05, 0.03, 0.01];
 
 const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Means of three seeds. Rays are all that are counted, pilots and what was given up included. The ratio is auto's cost over the best of the others, in rays and in seconds, each by its own best. Auto weighs work: rays, and what choosing among luminaires takes beside them; so it may take more rays than another method and less time. Runs below 0.3 s are repeated four times, and the least time counts. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes, stand in the case comparisons.";
@@ -41,7 +41,7 @@ struct Subject {
     maps: MapSelection,
     elements: ElementChoice,
     targets: &'static [f64],
-    /// A method whose error bars do not hold there, and which is no choice therefore.
+    /// Name of a method whose error bars are wrong there, and which is therefore excluded.
     untrue: Option<&'static str>,
 }
 
@@ -77,7 +77,7 @@ fn subjects(wishes: &mut StudyWishes) -> Result<Vec<Subject>, String> {
     let named = |name: &str| MapSelection::Named(vec![name.to_owned()]);
     subjects.push(of("room of six reflectances, points", scene_of_case("room")?.0, named("points"), given));
     let planes = of("Sobolev's planes, points", scene_of_case("sobolev")?.0, receivers.clone(), given);
-    // The light of planes of 200 m lies in a few patches of theirs: 67 % of gathering's error bars covered the truth.
+    // The light of 200 m wide planes is concentrated in a few patches. Only 67 % of the error bars of `gather` covered the truth.
     subjects.push(Subject { untrue: Some("gather"), ..planes });
     subjects.push(of("isothermal office, work plane", scene_of_case("isothermal")?.0, named("work plane"), given));
     match read_scene(&folder.join("../../scenes/hall.json")) {
@@ -87,7 +87,7 @@ fn subjects(wishes: &mut StudyWishes) -> Result<Vec<Subject>, String> {
     Ok(subjects)
 }
 
-/// Ends a run that has taken too many rays.
+/// Observer that ends a run after too many rays.
 struct RayLimit {
     started: Instant,
     rays: std::sync::atomic::AtomicU64,
@@ -108,14 +108,14 @@ impl Observer for RayLimit {
     }
 }
 
-/// What runs of one method cost in the mean.
+/// Mean cost of the runs of one method.
 #[derive(Clone, Debug, Default)]
 struct MethodCost {
     rays: f64,
     seconds: f64,
-    /// Whether it met the target within the patience, every time.
+    /// Whether every run met the target within the ray limit.
     arrived: bool,
-    /// What gave the maps.
+    /// Names of the estimators of the maps.
     estimators: String,
 }
 
@@ -155,14 +155,14 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
     }
 }
 
-/// Auto's cost over the least of those that arrived.
+/// Cost of `auto` over the smallest cost of the fixed methods that met the target, with the name of that method.
 fn ratio(auto: &MethodCost, fixed: &[(&'static str, MethodCost)], of: fn(&MethodCost) -> f64) -> (f64, &'static str) {
     let arrived = fixed.iter().filter(|(_, cost)| cost.arrived);
     let best = arrived.min_by(|one, other| of(&one.1).total_cmp(&of(&other.1)));
     match best {
         _ if !auto.arrived => (f64::INFINITY, "none"),
         Some((name, cost)) => (of(auto) / of(cost), name),
-        // All others were given up at three times its rays.
+        // All other methods were stopped at three times the rays of `auto`.
         None => (1.0 / PATIENCE, "auto"),
     }
 }
@@ -171,7 +171,7 @@ fn cell(cost: &MethodCost, of: fn(&MethodCost) -> f64, words: fn(f64) -> String)
     format!("{}{}", if cost.arrived { "" } else { "> " }, words(of(cost)))
 }
 
-/// Rays and seconds of auto and of the fixed methods.
+/// Compares rays and seconds of `auto` and of the fixed methods.
 pub fn choice(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut found = Findings::of("choice", SETTING);
     let seeds = if wishes.quick { 1 } else { SEEDS };

@@ -1,4 +1,4 @@
-//! Where light meshes begin to pay: time and rays against the number of luminaires and of receivers.
+//! Study of the size from which light meshes are faster: time and rays against the number of luminaires and of receivers.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::validation::words::{grouped, percent, significant};
 
 /// Step of the mesh in m.
 const STEP_M: f64 = 0.1;
-/// Shadow rays of a run; beyond it only every so manyth receiver sends them, and the time follows from the rate.
+/// Maximum number of shadow rays of a run. Beyond it only every n-th receiver sends rays, and the time is scaled up.
 const MOST_RAYS: f64 = 4e7;
 
 const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against the shadow rays. Times marked * were measured on a part of the receivers, evenly spread, and scaled to all.";
@@ -68,7 +68,7 @@ fn table(rows: &[CrossingRow]) -> Table {
     }
 }
 
-/// Size at which a ratio passes 1, between the sizes measured (straight lines on logarithmic axes).
+/// Size at which a ratio passes 1, interpolated between measured sizes by straight lines on logarithmic axes.
 fn crossing(rows: &[CrossingRow], size: fn(&CrossingRow) -> f64, gain: fn(&CrossingRow) -> f64) -> Option<f64> {
     let pair = rows.windows(2).find(|pair| gain(&pair[0]) < 1.0 && gain(&pair[1]) >= 1.0)?;
     let (low, high) = (gain(&pair[0]).ln(), gain(&pair[1]).ln());
@@ -76,7 +76,7 @@ fn crossing(rows: &[CrossingRow], size: fn(&CrossingRow) -> f64, gain: fn(&Cross
     Some(((1.0 - share) * size(&pair[0]).ln() + share * size(&pair[1]).ln()).exp())
 }
 
-/// A size to two digits: straight lines between measured sizes tell no more.
+/// Rounds a size to two digits, since the interpolation is not more accurate.
 fn two_digits(size: f64) -> u64 {
     let unit = 10f64.powf(size.log10().floor() - 1.0).max(1.0);
     ((size / unit).round() * unit) as u64
@@ -122,7 +122,7 @@ fn finish(name: &'static str, rows: &[CrossingRow], what: &str, size: fn(&Crossi
     found
 }
 
-/// Time against the number of luminaires, 1 to 225.
+/// Study of time against the number of luminaires, 1 to 225.
 pub fn over_luminaires(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edges, count): (&[usize], usize) =
         if wishes.quick { (&[1, 3, 8], 80) } else { (&[1, 2, 3, 5, 7, 8, 10, 15], 500) };
@@ -130,7 +130,7 @@ pub fn over_luminaires(wishes: &mut StudyWishes) -> Result<Findings, String> {
     Ok(finish("light-mesh-luminaires", &rows, "luminaires", |row| row.luminaires as f64))
 }
 
-/// Time against the number of receivers, 50² to 2,000².
+/// Study of time against the number of receivers, 50² to 2,000².
 pub fn over_receivers(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, counts): (usize, &[usize]) =
         if wishes.quick { (3, &[20, 60, 150]) } else { (8, &[50, 125, 250, 500, 1000, 2000]) };
@@ -142,7 +142,7 @@ pub fn over_receivers(wishes: &mut StudyWishes) -> Result<Findings, String> {
 mod tests {
     use super::*;
 
-    /// Shadow rays cost 1 for each of n, the mesh 100 whatever n: they cross at 100, not at 101.
+    /// Shadow rays cost 1 for each of n receivers, the mesh 100 for any n. They cross at 100, not at 101.
     #[test]
     fn the_crossing_is_where_both_cost_the_same() {
         let row = |n: usize, mesh: f64| CrossingRow {

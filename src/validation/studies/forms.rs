@@ -1,8 +1,8 @@
-//! Forms of direct light on a mesh, side by side: what a point keeps, and how a place takes it from the points about it.
+//! Study of the forms of direct light on a mesh: what a point stores, and how a receiver point uses the mesh points around it.
 //!
-//! Debelov and Sevastyanov (2001) keep one number at each point, the light that it receives from all luminaires in sight, whichever they
-//! are; Debelov and Novikov (2009) keep which luminaires are in sight. Here both are made of the same points, so that they differ in
-//! nothing else.
+//! Debelov and Sevastyanov (2001) store one number at each point: the light received from all visible luminaires, without their
+//! identity. Debelov and Novikov (2009) store which luminaires are visible. Here both forms use the same points, so that nothing
+//! else differs.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,19 +15,19 @@ use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
 use crate::validation::report::Table;
 use crate::validation::words::{percent, signed_percent, significant};
 
-/// Added to distances in m, so that the falloff has no pole: the 2001 paper's φ = Const + r.
+/// Length in m added to distances so that the falloff has no pole: φ = Const + r of the 2001 paper.
 const FALLOFF_M: f64 = 1.0;
-/// Lamps of the hall along an edge: their visibility from a point fits a word.
+/// Number of lamps along an edge of the hall. A machine word can store the visibility of all lamps from a point.
 const LAMPS: usize = 7;
 
-/// What is known at a point: a bit for each lamp in sight, and the share of the unhidden light that these bring.
+/// Data at a point: a bit for each visible lamp, and the share of the unoccluded light from the visible lamps.
 #[derive(Clone, Copy)]
 struct Known {
     sees: u64,
     share: f64,
 }
 
-/// Points over the hall's floor.
+/// Mesh points over the hall's floor.
 struct FloorPoints<'a> {
     world: &'a World,
     lattice: Lattice,
@@ -35,7 +35,7 @@ struct FloorPoints<'a> {
 }
 
 impl<'a> FloorPoints<'a> {
-    /// Looks from every point above the floor to all lamps; points inside of solids know nothing.
+    /// Traces shadow rays from every point above the floor to all lamps. Points inside solids have no data.
     fn over(world: &'a World, points_m: &[DVec3], step_m: f64) -> Option<FloorPoints<'a>> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
@@ -48,7 +48,7 @@ impl<'a> FloorPoints<'a> {
         self.known[number_of(&self.lattice, index)].as_ref()
     }
 
-    /// Illuminance in lx of a place that faces up.
+    /// Illuminance in lx at a point that faces up.
     fn light(&self, place_m: DVec3, form: DirectForm, interpolation: Interpolation) -> f64 {
         let about = interpolation.about(&self.lattice, place_m, |index| self.of(index));
         let lamps = self.world.stage.emitters.list();
@@ -93,7 +93,7 @@ fn look_around(world: &World, lattice: &Lattice, number: usize) -> Option<Known>
     Some(Known { sees, share: seen / all })
 }
 
-/// Errors of both forms by every interpolation, from coarse to fine meshes.
+/// Measures the errors of both forms with every interpolation, from coarse to fine meshes.
 pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (counts, edge): (&[usize], usize) = if wishes.quick { (&[20, 40], 80) } else { (&[20, 40, 80, 100, 200], 250) };
     let world = hall(LAMPS)?;

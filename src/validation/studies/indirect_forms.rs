@@ -1,7 +1,7 @@
-//! Forms of indirect light on a mesh, side by side: what a point keeps of light that surfaces reflect, and how a place takes it.
+//! Study of the forms of indirect light on a mesh: what a point stores of reflected light, and how a receiver point uses it.
 //!
-//! Debelov and Sevastyanov (2001, eqs. 4 to 6) keep one number, the light from all sides, and average it with a weight φ₅; luxmc keeps what a
-//! plane through the point receives that faces as the place does. Both are made of the same points.
+//! Debelov and Sevastyanov (2001, eqs. 4 to 6) store one number, the light from all sides, and average it with a weight φ₅. luxmc
+//! stores the illuminance of a plane through the point that faces as the receiver point does. Both forms use the same points.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,17 +20,17 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 use crate::validation::report::Table;
 use crate::validation::words::{percent, signed_percent, significant};
 
-/// Lamps of the hall along an edge.
+/// Number of lamps along an edge of the hall.
 const LAMPS: usize = 3;
-/// The map numbers of the streams of walks from places, from points to all sides and from points up.
+/// Map numbers of the random streams: walks from receiver points, from mesh points to all sides, and from mesh points upwards.
 const STREAMS: [u32; 3] = [0, 1, 2];
 
-/// What a mesh point keeps of indirect light, as the illuminance that a place gets of it.
+/// Form in which a mesh point stores indirect light, as an illuminance of the receiver point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StudiedForm {
-    /// Light from all sides, a quarter of which a surface gets (2001, eq. 4).
+    /// Light from all sides; a surface receives a quarter of it (2001, eq. 4).
     Scalar,
-    /// What a plane through the point gets that faces up.
+    /// Illuminance of a plane through the point that faces up.
     Plane,
 }
 
@@ -50,7 +50,7 @@ impl FreePoints {
         let gather = |number: u64| {
             let position_m = lattice.position_m(index_of(&lattice, number));
             let tracer = &world.stage.tracer;
-            // Layers higher than a place's set are asked by nobody.
+            // No receiver point uses layers above its interpolation radius.
             let is_asked = position_m.z > 0.0 && position_m.z < RADIUS_PER_STEP * step_m;
             if !is_asked || world.solids.holds(tracer, position_m).0 {
                 return None;
@@ -66,7 +66,8 @@ impl FreePoints {
                         StudiedForm::Scalar => uniform_sphere(stream.pair()),
                         StudiedForm::Plane => cosine_hemisphere(DVec3::Z, stream.pair()),
                     };
-                    // π times the luminance: its mean over all sides is a quarter of ∫ L dω, over the cosine the illuminance.
+                    // Samples are π times the luminance. Their mean over all sides is a quarter of ∫ L dω, their cosine-weighted
+                    // mean the illuminance.
                     sum_lx += sample_arriving_lx(&world.stage, origin, direction, &mut cut, &mut stream).0;
                 }
                 sum_lx / walks as f64
@@ -90,7 +91,7 @@ fn index_of(lattice: &Lattice, number: u64) -> Index {
     [number % columns, number / columns % rows, number / (columns * rows)].map(|place| place as i32)
 }
 
-/// Indirect light of places by walks of their own.
+/// Indirect illuminance of points by walks from each point.
 fn by_walks(world: &World, points_m: &[DVec3], walks: u64) -> Lit {
     let walk_from = |(number, point_m): (u64, &DVec3)| {
         let origin = world.stage.tracer.side_origin(*point_m, DVec3::Z);
@@ -108,7 +109,7 @@ fn by_walks(world: &World, points_m: &[DVec3], walks: u64) -> Lit {
     Lit { lx: numbered.into_par_iter().map(walk_from).collect(), every: 1, ..Lit::default() }
 }
 
-/// Errors of both forms by every interpolation, from coarse to fine meshes.
+/// Measures the errors of both forms with every interpolation, from coarse to fine meshes.
 pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (counts, edge, walks, of_places): (&[usize], usize, u64, u64) =
         if wishes.quick { (&[10, 20], 17, 128, 256) } else { (&[10, 20, 40, 80], 47, 512, 4096) };
@@ -122,7 +123,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let scene = scene_from_json(&scene, None, std::path::Path::new(".")).map_err(|error| error.to_string())?;
     let world = World::of(scene);
     let mut points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], edge);
-    // Places under crates are dark, and no question of interpolation.
+    // Points under crates are dark and do not test the interpolation.
     points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + 1e-3 * DVec3::Z).0);
     (wishes.tell)(&format!("{} places, {of_places} walks each", points_m.len()));
     let exact = by_walks(&world, &points_m, of_places);

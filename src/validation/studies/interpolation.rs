@@ -1,26 +1,26 @@
-//! How a place takes what mesh points keep: which of them, and with which weights.
+//! Interpolation of the values of mesh points at a receiver point: which points are used, and with which weights.
 //!
-//! Debelov and Sevastyanov (2001) average direct light with a weight φ₄(x, y) and indirect light with a weight φ₅(x, y) of the mesh point x
-//! for the place y (their eqs. 3 and 6). They take 1 for both, and leave others to experiments.
+//! Debelov and Sevastyanov (2001) average direct light with a weight φ₄(x, y) and indirect light with a weight φ₅(x, y) of the mesh
+//! point x for the point y (their eqs. 3 and 6). They use 1 for both and leave other weights to experiments.
 
 use glam::DVec3;
 
 use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
 
-/// What a mesh point keeps of direct light.
+/// Form in which a mesh point stores direct light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DirectForm {
-    /// Which luminaires are in sight (2009).
+    /// The visible luminaires (2009).
     Visibility,
-    /// One number, which knows no luminaire (2001, eqs. 1 to 3).
+    /// One number for all luminaires together (2001, eqs. 1 to 3).
     Scalar,
 }
 
 impl DirectForm {
-    /// Both.
+    /// Both forms.
     pub const ALL: [DirectForm; 2] = [DirectForm::Visibility, DirectForm::Scalar];
 
-    /// In a table, and on the command line.
+    /// Name in tables and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             DirectForm::Visibility => "visibility",
@@ -29,25 +29,25 @@ impl DirectForm {
     }
 }
 
-/// How a place takes what the points about it keep, of those that are free and in front of it.
+/// Interpolation from the surrounding mesh points that are free and in front of the receiver point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The nearest corner of its cell.
+    /// Value of the nearest corner of its cell.
     Nearest,
-    /// All corners of its cell, trilinear.
+    /// Trilinear interpolation from all corners of its cell.
     Trilinear,
-    /// All points within the radius, with the weight 1 of the 2001 paper.
+    /// Mean of all points within the radius, with the weight 1 of the 2001 paper.
     Sphere,
-    /// The same, weighted by 1 − distance/radius.
+    /// Mean of all points within the radius, weighted by 1 − distance/radius.
     Cone,
 }
 
 impl Interpolation {
-    /// All of them.
+    /// All interpolations.
     pub const ALL: [Interpolation; 4] =
         [Interpolation::Nearest, Interpolation::Trilinear, Interpolation::Sphere, Interpolation::Cone];
 
-    /// In a table.
+    /// Name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Interpolation::Nearest => "nearest point",
@@ -57,7 +57,7 @@ impl Interpolation {
         }
     }
 
-    /// The word that asks for it on the command line; both weights of a sphere have the same.
+    /// Word on the command line. Both weights of a sphere have the same word.
     pub fn word(self) -> &'static str {
         match self {
             Interpolation::Nearest => "nearest",
@@ -66,7 +66,8 @@ impl Interpolation {
         }
     }
 
-    /// Weight of a point that lies so many steps off along the axes; of the nearest point alone it only tells which that is.
+    /// Weight of a point at an offset in steps along the axes. For `Nearest` the weight is constant, and only the nearest point is
+    /// kept.
     fn weight(self, off: DVec3) -> f64 {
         let distance = off.length();
         match self {
@@ -77,8 +78,8 @@ impl Interpolation {
         }
     }
 
-    /// The points that a place which faces up takes light from, each with what it keeps and its weight, which add up to 1; none where all
-    /// are hidden in solids. `of_point` tells what a point keeps, if it is free.
+    /// The mesh points from which an upward-facing point takes light, with their values and weights, which add up to 1. Empty if
+    /// all are inside solids. `of_point` returns the value of a point if it is free.
     pub fn about<T>(self, lattice: &Lattice, place_m: DVec3, of_point: impl Fn(Index) -> Option<T>) -> Vec<(T, f64)> {
         let (cell, rest) = lattice.cell_of(place_m);
         let of_cell = matches!(self, Interpolation::Nearest | Interpolation::Trilinear);
@@ -117,10 +118,10 @@ impl Interpolation {
 mod tests {
     use super::*;
 
-    /// Weights of φ₄ and φ₅ by hand. With a step of 1 m the place (0.25, 0, 0.5) of a cell has over it the layer at 1, half a step
-    /// up: trilinear 0.75 and 0.25; within R = 1.25 there (0, 0), (1, 0) and, at √(0.0625 + 1 + 0.25) = 1.146, (0, ±1); (−1, 0) is 1.346 off. The
-    /// layer at 2 is 1.5 off. Cone weights are 1 − d/1.25 over their sum. A radius of 1.1 steps, the planted fault, would lose the
-    /// points at (0, ±1).
+    /// Checks the weights φ₄ and φ₅ by hand. With a step of 1 m, the layer at 1 is half a step above the point (0.25, 0, 0.5) of a
+    /// cell. Trilinear weights are 0.75 and 0.25. Within R = 1.25 there are (0, 0), (1, 0) and (0, ±1), the latter at √(0.0625 + 1
+    /// + 0.25) = 1.146. (−1, 0) is at 1.346, and the layer at 2 is 1.5 above. Cone weights are 1 − d/1.25 over their sum. Planted
+    /// fault: a radius of 1.1 steps loses the points (0, ±1).
     #[test]
     fn weights_are_those_by_hand() {
         let lattice = Lattice { origin_m: DVec3::ZERO, step_m: 1.0, counts: [9; 3] };
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!(found(Interpolation::Nearest), [([0, 0, 1], 1.0)]);
         assert!(agree(&found(Interpolation::Trilinear), &[([0, 0, 1], 0.75), ([1, 0, 1], 0.25)]));
 
-        // d² of the points of the layer: (0,0) 0.3125, (1,0) 0.8125, (0,±1) 1.3125; (−1,0) and (1,±1) are 1.8125, beyond 1.5625.
+        // d² of the layer's points: (0,0) 0.3125, (1,0) 0.8125, (0,±1) 1.3125. (−1,0) and (1,±1) have 1.8125, beyond 1.5625.
         let by_hand = [([0, -1, 1], 1.3125f64), ([0, 0, 1], 0.3125), ([0, 1, 1], 1.3125), ([1, 0, 1], 0.8125)];
         let even = by_hand.map(|(index, _)| (index, 0.25));
         let of_radius = |radius: f64| {
@@ -152,7 +153,7 @@ mod tests {
         assert!(!agree(&cone, &of_radius(1.1)) && !agree(&cone, &even), "the planted faults passed");
     }
 
-    /// What lies in solids is left out, and the weights of the rest add up to 1 again.
+    /// Points inside solids are left out, and the weights of the rest add up to 1 again.
     #[test]
     fn hidden_points_are_left_out() {
         let lattice = Lattice { origin_m: DVec3::ZERO, step_m: 1.0, counts: [9; 3] };

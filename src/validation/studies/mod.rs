@@ -1,7 +1,8 @@
-//! Studies: what a method costs and changes over a range of steps, luminaires or receivers, told by tables and plots.
+//! Studies: cost and error of a method over a range of steps, luminaires or receivers, reported by tables and plots.
 //!
-//! `luxmc compare` runs them by name beside cases. Those of light meshes ask what these are worth (Debelov and Sevastyanov,
-//! 2001; Debelov and Novikov, 2009), two more how cost grows with a scene and how well `auto` chooses. Times are of the machine and its load; rays and errors are not.
+//! `luxmc compare` runs them by name, like cases. Most studies measure the benefit of light meshes (Debelov and Sevastyanov, 2001;
+//! Debelov and Novikov, 2009). Two others measure how cost grows with a scene and how well `auto` chooses. Times depend on the
+//! machine and its load; rays and errors do not.
 
 mod choice;
 mod crossing;
@@ -26,22 +27,22 @@ pub use interpolation::{DirectForm, Interpolation};
 pub use pictures::{PlotLine, log_log};
 pub use report::{study_csv, study_md, study_section};
 
-/// What a study is told to do, and whom it tells.
+/// Options of a study, and its listener.
 pub struct StudyWishes<'a> {
-    /// Small sizes: seconds instead of minutes, to see that it works.
+    /// Use small sizes: seconds instead of minutes, to test that the study works.
     pub quick: bool,
-    /// Forms that the studies of forms leave it at.
+    /// Restriction of the studies of forms.
     pub only: Only,
-    /// Hears of every step.
+    /// Receives a message at every step.
     pub tell: &'a mut dyn FnMut(&str),
 }
 
-/// What the studies of forms leave it at; all of what is `None`.
+/// Restriction of the studies of forms; `None` means no restriction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Only {
-    /// What a mesh point keeps of direct light.
+    /// Form in which a mesh point stores direct light.
     pub direct: Option<DirectForm>,
-    /// How places take it; both weights of a sphere go together.
+    /// Interpolation; both weights of a sphere count as one.
     pub interpolation: Option<Interpolation>,
 }
 
@@ -58,15 +59,15 @@ impl Only {
 
 /// A study.
 pub struct Study {
-    /// Name, as `luxmc compare` takes it.
+    /// Name for `luxmc compare`.
     pub name: &'static str,
-    /// What it asks, in one line.
+    /// Subject in one line.
     pub title: &'static str,
-    /// Runs it; an error says what could not be made.
+    /// Runs the study; an error describes what could not be set up.
     pub run: fn(&mut StudyWishes) -> Result<Findings, String>,
 }
 
-/// The name that stands for all studies of light meshes.
+/// The name of the group of all light-mesh studies.
 pub const GROUP: &str = "light-mesh";
 
 /// All studies.
@@ -121,41 +122,41 @@ pub const STUDIES: &[Study] = &[
     Study { name: "choice", title: "What the method auto costs beside the best fixed choice", run: choice::choice },
 ];
 
-/// The studies that a name stands for: one, or all of light meshes; none if it is no study's.
+/// The studies with this name: one, all light-mesh studies, or none.
 pub fn studies_named(name: &str) -> Vec<&'static Study> {
     let is_of_group = |study: &Study| name == GROUP && study.name.starts_with(GROUP);
     STUDIES.iter().filter(|study| study.name == name || is_of_group(study)).collect()
 }
 
-/// What a reader must know of small sizes.
+/// Note for readers of results with small sizes.
 const QUICK: &str = "Small sizes: they show that the study works, not what a method is worth.";
 
-/// What a study found.
+/// Results of a study.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// Name of the study.
     pub name: &'static str,
-    /// Its heading.
+    /// Heading of the study.
     pub title: &'static str,
-    /// What was set up, and how to read the tables.
+    /// Description of the setting, and how to read the tables.
     pub setting: String,
-    /// What came out, in sentences with numbers.
+    /// Results in sentences with numbers.
     pub results: Vec<String>,
-    /// Numbers, each table with its caption.
+    /// Tables of numbers, each with its caption.
     pub tables: Vec<(String, Table)>,
     /// SVG pictures, each with its caption.
     pub pictures: Vec<(String, String)>,
 }
 
 impl Findings {
-    /// Nothing found yet.
+    /// Creates empty findings of a study.
     fn of(name: &'static str, setting: &str) -> Findings {
         let title = STUDIES.iter().find(|study| study.name == name).map_or("", |study| study.title);
         let (results, tables, pictures) = (Vec::new(), Vec::new(), Vec::new());
         Findings { name, title, setting: setting.to_owned(), results, tables, pictures }
     }
 
-    /// Says that the sizes are small, where they are.
+    /// Adds a note if the sizes are small.
     pub fn marked(mut self, quick: bool) -> Findings {
         if quick {
             self.results.insert(0, QUICK.to_owned());

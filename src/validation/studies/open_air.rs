@@ -1,5 +1,5 @@
-//! The two open-air scenes of the light-mesh studies, both 400 units wide as those of Debelov and Novikov (2009) are, but
-//! our own: a garden house on a lawn, and a playground.
+//! The two open-air scenes of the light-mesh studies: a garden house on a lawn, and a playground. Both are our own. They are 400
+//! units wide, like the scenes of Debelov and Novikov (2009).
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -9,15 +9,15 @@ use std::fmt::Write as _;
 pub struct Things {
     /// The OBJ text.
     pub text: String,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// Things.
+    /// Number of solids.
     pub parts: usize,
     vertices: usize,
 }
 
 impl Things {
-    /// Starts the next solid: each has vertices of its own.
+    /// Starts the next solid. Each solid has its own vertices.
     fn part(&mut self, name: &str) {
         self.parts += 1;
         writeln!(self.text, "o {name}-{}\nusemtl {name}", self.parts).ok();
@@ -46,7 +46,7 @@ impl Things {
         }
     }
 
-    /// A body of revolution about a line: rings of radii at places along it, closed by two tips.
+    /// A solid of revolution about an axis: rings of given position and radius along the axis, closed by two end points.
     fn turned(&mut self, name: &str, foot: [f64; 3], axis: [f64; 3], rings: &[(f64, f64)], sides: usize) {
         self.part(name);
         let length = axis.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -90,7 +90,7 @@ impl Things {
     }
 }
 
-/// A fixed sequence of numbers in [0, 1): the scenes are always the same.
+/// A fixed pseudo-random sequence in [0, 1), so that the scenes are always the same.
 struct Wheel(u64);
 
 impl Wheel {
@@ -100,11 +100,11 @@ impl Wheel {
     }
 }
 
-/// A garden house of some 300 triangles: platform, columns, roof, benches and a low wall.
+/// A garden house of about 300 triangles: platform, columns, roof, benches and a low wall.
 pub fn gazebo() -> Things {
     let mut all = Things::default();
     all.cuboid("lawn", [0.0, 0.0, -20.0], [400.0, 400.0, 0.0]);
-    // A round platform, six columns, a ring beam of six pieces, a cone of a roof, and benches within.
+    // A round platform, six columns, a conical roof, benches inside, and a low wall.
     all.turned("stone", [200.0, 200.0, 0.0], [0.0, 0.0, 1.0], &[(0.0, 90.0), (12.0, 90.0)], 12);
     for column in 0..6 {
         let (sin, cos) = (TAU * (column as f64 + 0.5) / 6.0).sin_cos();
@@ -120,16 +120,16 @@ pub fn gazebo() -> Things {
     all
 }
 
-/// A playground of some 27,000 triangles: a house, a climbing frame, swings, a slide, benches, toy balls and trees.
+/// A playground of about 27,000 triangles: a house, a climbing frame, swings, a slide, benches, toy balls and trees.
 pub fn playground() -> Things {
     let mut all = Things::default();
     let mut wheel = Wheel(7);
     all.cuboid("lawn", [0.0, 0.0, -20.0], [400.0, 350.0, 0.0]);
-    // A house with a chimney, and a wall along the rim.
+    // A house with a pyramid roof, and a wall along the edge.
     all.cuboid("stone", [30.0, 230.0, 0.0], [130.0, 320.0, 90.0]);
     all.turned("tiles", [80.0, 275.0, 90.0], [0.0, 0.0, 1.0], &[(0.0, 80.0), (50.0, 6.0)], 4);
     all.cuboid("stone", [0.0, 335.0, 0.0], [400.0, 350.0, 40.0]);
-    // A climbing frame and swings of round bars, a sandpit, benches.
+    // A climbing frame and swings of round bars, a sandpit, and benches.
     for bar in 0..7 {
         for row in 0..2 {
             let (x, y) = (180.0 + 14.0 * f64::from(bar), 60.0 + 70.0 * f64::from(row));
@@ -153,7 +153,7 @@ pub fn playground() -> Things {
     ] {
         all.cuboid("wood", low, high);
     }
-    // A slide: steps up and a chute down.
+    // The steps of a slide.
     for step in 0..8 {
         let x = 300.0 + 8.0 * f64::from(step);
         all.cuboid("paint", [x, 110.0, 0.0], [x + 8.0, 130.0, 8.0 + 8.0 * f64::from(step)]);
@@ -175,12 +175,12 @@ pub fn playground() -> Things {
     all
 }
 
-/// What the two lamps of the open-air scenes are.
+/// The kind of the two lamps of the open-air scenes.
 #[derive(Clone, Copy, Debug)]
 pub enum Lamps {
-    /// Points.
+    /// Point lamps.
     Points,
-    /// Balls of a radius that shine as brightly.
+    /// Balls of this radius with the same luminous flux as the points.
     Balls {
         /// The radius in m.
         radius_m: f64,
@@ -188,7 +188,7 @@ pub enum Lamps {
 }
 
 impl Lamps {
-    /// A lamp's keys in the scene file, but for its name.
+    /// The keys of a lamp in the scene file, except its name.
     fn keys(self, place: [i64; 3], intensity_cd: f64) -> String {
         match self {
             Lamps::Points => format!(r#""type": "point", "position": {place:?}, "intensity_cd": {intensity_cd:e}"#),
@@ -200,7 +200,7 @@ impl Lamps {
     }
 }
 
-/// The scene file around things in an OBJ file, on a lawn of 400 units by `depth`, with a grid of `edge`² receivers.
+/// The scene file for solids in an OBJ file, with a grid of `edge`² receivers on a lawn of 400 units by `depth`.
 pub fn scene_text(title: &str, file: &str, depth: f64, edge: usize, lamps: Lamps) -> String {
     format!(
         r#"{{

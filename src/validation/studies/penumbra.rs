@@ -1,4 +1,4 @@
-//! Width of soft shadows: a ball's real penumbra, and what a mesh makes of a ball and of a point.
+//! Study of the width of soft shadows: a ball's real penumbra, and the penumbra of a mesh for a ball and for a point.
 
 use glam::DVec3;
 
@@ -8,12 +8,12 @@ use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
 
-/// Heights of the board's faces and of the source over the floor, in m.
+/// Heights of the board's faces and of the source above the floor, in m.
 const BOARD_M: [f64; 2] = [2.0, 2.4];
 const SOURCE_M: f64 = 4.4;
 /// Radius of the ball in m.
 const BALL_M: f64 = 0.2;
-/// Places across the edge, and half the width that they span in m.
+/// Number of points across the edge, and half the width that they span in m.
 const PLACES: usize = 2001;
 const HALF_M: f64 = 1.0;
 
@@ -26,20 +26,20 @@ fn world(lamp: &str) -> Result<World, String> {
     World::black(&geometry, lamp)
 }
 
-/// Width in m between a tenth and nine tenths of the light far from the edge.
+/// Width in m between 10 % and 90 % of the light far from the edge.
 fn width_m(lx: &[f64]) -> f64 {
     let full = lx[lx.len() - 1];
     let first = |share: f64| lx.iter().position(|lx| *lx >= share * full).unwrap_or(0);
     (first(0.9) - first(0.1)) as f64 * 2.0 * HALF_M / (PLACES - 1) as f64
 }
 
-/// Width of the ball's whole penumbra by similar triangles: under the board its lower edge is what hides the ball, beside it
-/// the upper one.
+/// Width of the ball's whole penumbra by similar triangles, in m. Under the board its lower edge hides the ball, beside it the
+/// upper edge.
 fn whole_width_m() -> f64 {
     BOARD_M.iter().map(|edge_m| BALL_M * edge_m / (SOURCE_M - edge_m)).sum()
 }
 
-/// Profiles across the shadow of an edge.
+/// Study of profiles across the shadow of an edge.
 pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let looks = if wishes.quick { 256 } else { 4096 };
     let line_m: Vec<DVec3> =

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use crate::output::numbers::count_tick;
 use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_height, svg, tick};
 
-/// Colours that everyone can tell apart (Okabe and Ito 2008).
+/// Colours that everyone can distinguish (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 8] = [
     EXACT,
     MEASURED,
@@ -16,27 +16,27 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(230, 159, 0),
     RGBColor(130, 130, 130),
 ];
-/// So many powers of ten on an axis need no numbers between them.
+/// With this many powers of ten an axis needs no numbers between them.
 const ENOUGH_POWERS: usize = 3;
-/// Numbers below this are written out on axes.
+/// Numbers below this are written in full on axes.
 const WRITTEN_OUT: f64 = 1000.0;
 
 /// A line of a plot.
 pub struct PlotLine {
-    /// What it is.
+    /// Name of the line.
     pub name: String,
-    /// Its places.
+    /// Points of the line.
     pub places: Vec<(f64, f64)>,
 }
 
 impl PlotLine {
-    /// A line without places.
+    /// Creates a line without points.
     pub fn new(name: impl Into<String>) -> PlotLine {
         PlotLine { name: name.into(), places: Vec::new() }
     }
 }
 
-/// Lines with dots on logarithmic axes.
+/// Plot of lines with dots on logarithmic axes.
 pub fn log_log(axes: [&str; 2], lines: &[PlotLine]) -> String {
     let all = || lines.iter().flat_map(|line| &line.places).filter(|place| place.1 > 0.0);
     if all().next().is_none() {
@@ -86,7 +86,7 @@ pub fn log_log(axes: [&str; 2], lines: &[PlotLine]) -> String {
     })
 }
 
-/// Numbers on a logarithmic axis: powers of ten, and where they are few, twice and five times these.
+/// Numbers on a logarithmic axis: powers of ten, with twice and five times these if there are few.
 fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
     let ticks = |factors: &[f64]| -> Vec<f64> {
@@ -97,7 +97,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     if tens.len() >= ENOUGH_POWERS { tens } else { ticks(&[1.0, 2.0, 5.0]) }
 }
 
-/// Lines on linear axes from `x` and from 0.
+/// Plot of lines on linear axes, over the range `x` and upwards from 0.
 pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[PlotLine]) -> String {
     let most = lines.iter().flat_map(|line| &line.places).map(|place| place.1).fold(0.0, f64::max);
     svg(380, |area| -> Drawn {

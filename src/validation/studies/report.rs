@@ -6,7 +6,7 @@ use crate::validation::report_html::table as html_table;
 use crate::validation::report_md::table as md_table;
 use crate::validation::words::escaped;
 
-/// Text for the page, what stands between asterisks emphasised.
+/// Text for the page, with text between asterisks emphasised.
 fn emphasised(text: &str) -> String {
     let text = escaped(text);
     if text.matches('*').count() % 2 == 1 {
@@ -17,7 +17,7 @@ fn emphasised(text: &str) -> String {
     text.split('*').enumerate().map(part).collect()
 }
 
-/// A section of the page, pictures included.
+/// A section of the page, including pictures.
 pub fn study_section(findings: &Findings) -> String {
     let mut page = format!("<h2 id=\"{}\">{}</h2>\n", findings.name, escaped(findings.title));
     page += &format!("<p class=\"soft\">study {}</p>\n<p>{}</p>\n", findings.name, emphasised(&findings.setting));
@@ -33,7 +33,7 @@ pub fn study_section(findings: &Findings) -> String {
     page
 }
 
-/// The same without pictures.
+/// The section as Markdown, without pictures.
 pub fn study_md(findings: &Findings) -> String {
     let mut page = format!("## {}\n\n{}\n\n", findings.title, findings.setting);
     for sentence in &findings.results {
@@ -45,7 +45,7 @@ pub fn study_md(findings: &Findings) -> String {
     page
 }
 
-/// The tables one after the other, an empty line between them.
+/// The tables as CSV one after the other, separated by empty lines.
 pub fn study_csv(findings: &Findings) -> String {
     let of_table = |table: &Table| {
         let quoted = |text: &str| {

@@ -1,4 +1,4 @@
-//! What each acceleration saves, and what the sparse tree does.
+//! Studies of the savings by each acceleration, and by the sparse tree.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -12,19 +12,20 @@ use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, significant};
 
-/// Receivers are sounded this far above the lawn: what is under things is seen by nobody.
+/// Height above the lawn in m at which receivers are tested. Points under solids are left out, since nobody sees them.
 const SOUNDING_M: f64 = 0.01;
 /// Edge of the open-air scenes in m.
 const EDGE_M: f64 = 400.0;
-/// The papers' steps in m, and their radii in steps.
+/// Steps of the papers in m, and their radii in steps.
 const STEPS_M: [f64; 2] = [2.0, 1.0];
 const RADII: [f64; 2] = [2.1, 3.1];
-/// Receivers along an edge, beside shadow rays; and in small.
+/// Numbers of receivers along an edge for the comparison with shadow rays; then those of a quick study.
 const EDGES: [usize; 3] = [512, 1024, 2048];
 const EDGES_QUICK: [usize; 2] = [48, 96];
-/// Steps in m and radii in steps of meshes beside shadow rays: the papers' density, half of it in space, and along every edge.
+/// Steps in m and radii in steps of meshes for the comparison with shadow rays: the papers' point density, half of it in space, and
+/// half of it along every edge.
 const MESHES: [(f64, f64); 5] = [(1.0, 2.1), (1.26, 2.1), (2.0, 2.1), (1.0, 3.1), (2.0, 3.1)];
-/// What the papers saved of the time with MU1 alone.
+/// Share of the time with MU1 alone that the papers saved.
 const PAPERS: [(&str, f64); 2] = [("gazebo", 0.65), ("playground", 0.50)];
 
 struct TimeSaved {
@@ -33,7 +34,7 @@ struct TimeSaved {
     points_m: Vec<DVec3>,
 }
 
-/// Both scenes with the receivers that are seen: `edge`² on the lawn, those under things left out.
+/// Both scenes with their visible receivers: `edge`² on the lawn, without those under solids.
 fn places(edge: usize) -> Result<Vec<TimeSaved>, String> {
     let make = |name: &'static str, things: Things, depth: f64| -> Result<TimeSaved, String> {
         let (world, points_m) = place_of(name, &things, depth, Lamps::Points, edge)?;
@@ -42,7 +43,7 @@ fn places(edge: usize) -> Result<Vec<TimeSaved>, String> {
     Ok(vec![make("gazebo", gazebo(), 400.0)?, make("playground", playground(), 350.0)?])
 }
 
-/// A scene of things with its lamps, and those of `edge`² receivers on its lawn that are seen.
+/// A scene of solids with its lamps, and the visible ones of `edge`² receivers on its lawn.
 pub fn place_of(
     name: &str,
     things: &Things,
@@ -56,7 +57,7 @@ pub fn place_of(
     Ok((world, points_m))
 }
 
-/// A mesh comes from a file: it stands in a folder of its own for as long as it is read.
+/// Reads a scene with a mesh file. Both files are in a temporary folder of their own while they are read.
 fn read(name: &str, text: &str, things: &Things) -> Result<crate::scene::Scene, String> {
     static READ: AtomicU64 = AtomicU64::new(0);
     let number = READ.fetch_add(1, Ordering::Relaxed);
@@ -77,7 +78,7 @@ fn options(step_m: f64, ratio: f64, level: usize) -> Options {
     Options { step_m, radius_m: ratio * step_m, accelerations }
 }
 
-/// Shares of MU2, MU3 and MU4 in what is saved of the time with MU1 alone.
+/// Study of the time saved by MU2, MU3 and MU4 compared with MU1 alone.
 pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, steps_m, radii): (usize, &[f64], &[f64]) =
         if wishes.quick { (96, &STEPS_M[..1], &RADII[..1]) } else { (1024, &STEPS_M, &RADII) };
@@ -130,8 +131,8 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
     Ok(found)
 }
 
-/// Times, rays and points of meshes with all accelerations beside a shadow ray from every place to every lamp, over numbers of receivers,
-/// and with fewer points.
+/// Compares times, rays and points of meshes with all accelerations to a shadow ray from every receiver to every lamp. It varies
+/// the number of receivers and the density of mesh points.
 fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), String> {
     let (edges, meshes): (&[usize], &[(f64, f64)]) =
         if wishes.quick { (&EDGES_QUICK, &MESHES[..2]) } else { (&EDGES, &MESHES) };
@@ -210,7 +211,7 @@ fn rounded_percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share).replace('-', "−")
 }
 
-/// What the sparse tree takes, and what every point of a mesh over the whole scene would.
+/// Study of the memory of the sparse tree, compared with storing every point of a mesh over the whole scene.
 pub fn memory(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, steps_m): (usize, &[f64]) = if wishes.quick { (96, &STEPS_M[..1]) } else { (1024, &STEPS_M) };
     let mut found = Findings::of(

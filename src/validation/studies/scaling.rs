@@ -1,4 +1,4 @@
-//! What a run costs as its scene grows: triangles, luminaires, receivers.
+//! Study of the cost of a run as its scene grows: triangles, luminaires, receivers.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -13,14 +13,15 @@ use crate::validation::measure::Stopwatch;
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, significant};
 
-/// Target of every run.
+/// Target error of every run.
 const TARGET_ERROR: f64 = 0.01;
-/// Runs of each size, with different seeds: the quickest tells seconds, the median all else. Dear ones are run once.
+/// Number of runs of each size, with different seeds. Seconds are those of the fastest run, all else medians. Runs longer than
+/// `DEAR_S` are not repeated.
 const REPEATS: u64 = 3;
 const DEAR_S: f64 = 30.0;
-/// A slope is above linear where it is so by more than this: noise of the clock, and of which look ends a run.
+/// A slope above this counts as more than linear. The margin covers noise of the clock, and of the error check at which a run ends.
 const LINEAR: f64 = 1.05;
-/// The room in m, and its furniture: low corner and high corner of each piece.
+/// Size of the room in m, and low and high corner of each piece of its furniture.
 const ROOM_M: [f64; 3] = [8.0, 6.0, 3.0];
 const FURNITURE_M: [[[f64; 3]; 2]; 6] = [
     [[1.0, 1.0, 0.02], [2.4, 1.8, 0.74]],
@@ -36,7 +37,7 @@ const WORK_PLANE_M: f64 = 0.8;
 
 const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Points inside of furniture (one in twenty) are left out. Triangles: the same surfaces cut ever finer, by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by ever more of them in a square array, as points that shine down and as square panels; 1,024 receivers, some 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Three seeds of each size (one where a run takes over 30 s): seconds are those of the quickest, since other work of the machine only adds; the rest are medians. Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that lie a factor of 8 apart or more; 1 is linear. Seconds are of the machine and its load, rays are not.";
 
-/// One size.
+/// Results for one size.
 struct SizeRow {
     size: f64,
     triangles: usize,
@@ -50,21 +51,21 @@ struct SizeRow {
     method: String,
 }
 
-/// What changes.
+/// The sizes of a scene.
 struct Wish {
-    /// Triangles, about.
+    /// Approximate number of triangles.
     triangles: usize,
-    /// Edge of the square array of luminaires, and whether they are panels.
+    /// Numbers of luminaires along the two edges of the array, and whether they are panels.
     lamps: [usize; 2],
     panels: bool,
-    /// Edges of the grid of receivers.
+    /// Numbers of receivers along the edges of the grid.
     grid: [usize; 2],
 }
 
-/// Triangles, lamps and receivers that stay while another changes.
+/// Default sizes while another size changes.
 const USUAL: Wish = Wish { triangles: 1000, lamps: [3, 2], panels: false, grid: [32, 32] };
 
-/// A mesh of right-angled parts over the sides of a box; `inward` turns them round.
+/// Adds a mesh of right-angled triangles over the sides of a box. With `inward` they face inwards.
 fn add_box(text: &mut String, vertices: &mut usize, [low, high]: [[f64; 3]; 2], edge_m: f64, inward: bool) {
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -77,7 +78,7 @@ fn add_box(text: &mut String, vertices: &mut usize, [low, high]: [[f64; 3]; 2], 
                     at[axis] = if is_high { high[axis] } else { low[axis] };
                     at[u] = low[u] + (high[u] - low[u]) * i as f64 / parts[0] as f64;
                     at[v] = low[v] + (high[v] - low[v]) * j as f64 / parts[1] as f64;
-                    // Writing to a text asks for nothing that could fail.
+                    // Writing to a string cannot fail.
                     writeln!(text, "v {:.7} {:.7} {:.7}", at[0], at[1], at[2]).ok();
                     *vertices += 1;
                 }
@@ -109,7 +110,7 @@ fn room_mesh(edge_m: f64) -> String {
     text
 }
 
-/// Edge of the parts for so many triangles.
+/// Edge in m of the mesh's parts for this number of triangles.
 fn edge_for(triangles: usize) -> f64 {
     let area = |size: [f64; 3]| 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     let furniture: f64 = FURNITURE_M.iter().map(|[low, high]| area([0, 1, 2].map(|k| high[k] - low[k]))).sum();
@@ -123,7 +124,7 @@ fn scene_text(wish: &Wish) -> String {
     let first = spacing.map(|spacing_m| 0.5 * spacing_m);
     let mut panels = String::new();
     let luminaires = if wish.panels {
-        // Panels together always cover the same part of the ceiling.
+        // All panels together always cover the same share of the ceiling.
         let edges = spacing.map(|spacing_m| 0.3 * spacing_m);
         let mut luminaires = Vec::new();
         for index in 0..count {
@@ -168,7 +169,7 @@ fn scene_text(wish: &Wish) -> String {
     )
 }
 
-/// The scene, and the seconds that it took to read it.
+/// The scene, and the seconds to read it.
 fn scene_of(wish: &Wish) -> Result<(Scene, f64), String> {
     let folder = tempfile::tempdir().map_err(|error| format!("a temporary folder: {error}"))?;
     let wrong = |error: std::io::Error| format!("{}: {error}", folder.path().display());
@@ -229,7 +230,7 @@ fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, told: &mut StudyWishes) ->
     Ok(row)
 }
 
-/// A cost by its name.
+/// A cost with its name.
 type Named = (&'static str, fn(&SizeRow) -> f64);
 
 const COSTS: [Named; 4] = [
@@ -272,7 +273,7 @@ fn sizes_table(rows: &[SizeRow]) -> Table {
     }
 }
 
-/// Adds a series' tables and picture, and its slopes to those of all.
+/// Adds tables and pictures of a series to the findings, and its slopes to the list of all slopes.
 fn add(found: &mut Findings, what: &str, rows: &[SizeRow], slopes: &mut Vec<Vec<String>>, above: &mut Vec<String>) {
     let mut lines = Vec::new();
     for (cost, of) in COSTS {
@@ -298,7 +299,7 @@ fn add(found: &mut Findings, what: &str, rows: &[SizeRow], slopes: &mut Vec<Vec<
     found.pictures.push((format!("Rays against the number of {what}"), log_log([what, "rays"], &rays)));
 }
 
-/// Cost against triangles, luminaires and receivers.
+/// Study of the cost against triangles, luminaires and receivers.
 pub fn scaling(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut found = Findings::of("scaling", SETTING);
     let (mut slopes, mut above) = (Vec::new(), Vec::new());
@@ -354,14 +355,14 @@ pub fn scaling(wishes: &mut StudyWishes) -> Result<Findings, String> {
 mod tests {
     use super::*;
 
-    /// The room is closed whatever it is cut into, its surfaces face into it, and its area stays.
+    /// For any cutting the room is closed, its surfaces face inwards, and its area stays the same.
     #[test]
     fn cutting_finer_changes_no_surface() {
         let areas = [1000, 4000].map(|triangles| {
             let (scene, _) = scene_of(&Wish { triangles, ..USUAL }).expect("a scene");
             let count = scene.triangles.len() as f64 / triangles as f64;
             assert!((0.7..1.4).contains(&count), "{count}");
-            // Furniture stands in the work plane, and nothing is maintained; anything else would be a fault of the mesh.
+            // Furniture crosses the work plane, and no maintenance factor is set. Any other warning means a fault of the mesh.
             let known = |warning: &&String| warning.contains("maintenance_factor") || warning.contains("closed solid");
             assert_eq!(scene.warnings.iter().filter(known).count(), scene.warnings.len(), "{:?}", scene.warnings);
             scene.area_m2()

@@ -1,22 +1,22 @@
-//! How a cost grows with a size: straight lines on logarithmic axes.
+//! Growth of a cost with a size: straight lines on logarithmic axes.
 
 /// cost ∝ size^slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope {
-    /// Exponent of all sizes, by least squares.
+    /// Exponent over all sizes, by least squares.
     pub fitted: f64,
-    /// Its standard error, by the scatter about the line; 0 where two sizes leave none.
+    /// Standard error of the exponent, from the scatter about the line; 0 for two sizes, which leave no scatter.
     pub standard_error: f64,
-    /// Exponent between the two largest sizes that lie a factor of [`APART`] or more from each other: what a line through all
-    /// sizes hides where small ones cost little but a start.
+    /// Exponent between the largest size and the next smaller one that differs by a factor of [`APART`] or more. A line through all
+    /// sizes hides this exponent if small sizes cost little more than the start.
     pub last: f64,
 }
 
-/// The last exponent is taken over at least this factor of sizes: nearer ones tell more of noise.
+/// Minimum factor between the sizes of the last exponent. Closer sizes would mostly show noise.
 pub const APART: f64 = 8.0;
 
 impl Slope {
-    /// Through `(size, cost)`, in order of their sizes; `None` for fewer than two places above 0.
+    /// Fits a line through `(size, cost)`, in order of size; `None` for fewer than two points above 0.
     pub fn through(places: &[(f64, f64)]) -> Option<Slope> {
         let logs: Vec<(f64, f64)> = places
             .iter()
@@ -52,8 +52,8 @@ mod tests {
         let slope = Slope::through(&law).expect("seven places");
         assert!((slope.fitted - 0.7).abs() < 1e-12 && slope.standard_error < 1e-12 && (slope.last - 0.7).abs() < 1e-12);
 
-        // Costs that scatter by e^±0.1 in turn over seven decades: se = √(Σr²/(n−2)/Σ(x−x̄)²), worked out by hand: the
-        // residuals are ±0.1 less their mean of 1/70, which has no slope, so Σr² = 0.07 − 7/70² and Σ(x−x̄)² = 28 ln²10.
+        // Costs scatter by e^±0.1 alternately over seven decades. Standard error by hand: se = √(Σr²/(n−2)/Σ(x−x̄)²). The residuals
+        // are ±0.1 minus their mean of 1/70, which has no slope. So Σr² = 0.07 − 7/70² and Σ(x−x̄)² = 28 ln²10.
         let noisy: Vec<(f64, f64)> = law
             .iter()
             .enumerate()
@@ -64,7 +64,7 @@ mod tests {
         assert!((slope.fitted - 0.7).abs() < 1e-12, "{slope:?}");
         assert!((slope.standard_error - by_hand).abs() < 1e-12, "{slope:?} {by_hand}");
 
-        // A start of 100 hides a linear tail from the line through all sizes, not from the last decade.
+        // A constant start of 1e4 hides the linear end from the line through all sizes, but not from the last exponent.
         let started: Vec<(f64, f64)> = (0..7).map(|k| (10f64.powi(k), 1e4 + 10f64.powi(k))).collect();
         let slope = Slope::through(&started).expect("seven places");
         assert!(slope.fitted < 0.5 && slope.last > 0.95, "{slope:?}");

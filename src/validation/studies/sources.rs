@@ -1,4 +1,4 @@
-//! The rivals of the papers: an area as a number of point sources.
+//! Study of the method that the papers compare with: an area replaced by a number of point sources.
 
 use glam::DVec3;
 
@@ -9,17 +9,17 @@ use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, significant};
 
-/// Points that an area is taken for (Debelov and Novikov 2009 show 1, 5 and 225).
+/// Number of points that replace an area (Debelov and Novikov 2009 show 1, 5 and 225).
 const COUNTS: [usize; 4] = [1, 5, 25, 225];
-/// The paper's times, in units of its own, where it tells them.
+/// Times of the paper in its own units, where it gives them.
 const PAPER: [Option<f64>; 4] = [Some(2.0), Some(6.0), None, Some(172.0)];
-/// Points of the dense quadrature that is the truth; and on how many places it is taken.
+/// Points of the dense quadrature that is the truth, and number of receivers for which it is computed.
 const DENSE: usize = 64 * 64;
 const PLACES: usize = 4096;
 /// Step of the mesh in m.
 const STEP_M: f64 = 0.1;
 
-/// Time, rays and error of each number of points, and of the mesh.
+/// Study of time, rays and error for each number of points, and for the mesh.
 pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let count = if wishes.quick { 64 } else { 500 };
     let mut found = Findings::of(

@@ -1,4 +1,4 @@
-//! Error of a mesh against its step and radius.
+//! Study of the error of a mesh against its step and radius.
 
 use glam::DVec3;
 
@@ -11,12 +11,12 @@ use crate::validation::words::percent;
 
 /// Radii in steps.
 const RATIOS: [f64; 4] = [0.9, 1.25, 2.1, 3.1];
-/// Below this step in m, sets of the wide radii share no points any more: there is nothing to be learned from finer ones.
+/// Below this step in m, receivers with wide radii share no mesh points any more. Finer steps then show nothing new.
 const WIDE_FROM_M: f64 = 0.004;
 /// Radii in steps that count as wide.
 const WIDE: f64 = 2.0;
 
-/// Errors at steps from 0.8 m to 1 mm.
+/// Study of the errors at steps from 0.8 m to 1 mm.
 pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (steps_m, count): (&[f64], usize) = if wishes.quick {
         (&[0.8, 0.2, 0.05], 60)

@@ -1,4 +1,4 @@
-//! What studies have in common: a scene ready for meshes, its receivers, and both ways to light them.
+//! Common parts of the studies: a scene prepared for meshes, its receivers, and several ways to light them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,33 +17,33 @@ use crate::light_mesh::{
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
 
-/// Receivers that a thread takes at a time.
+/// Number of receivers that a thread computes at a time.
 const CHUNK: usize = 1024;
 
-/// A scene ready for meshes.
+/// A scene prepared for meshes.
 pub struct World {
     /// The scene.
     pub scene: Scene,
-    /// Ready for rays.
+    /// Data to trace rays.
     pub stage: Stage,
     /// Its closed solids.
     pub solids: Solids,
-    /// Points of its luminaires.
+    /// Light samples of its luminaires.
     pub samples: Samples,
 }
 
-/// What a run gave and took.
+/// Results and cost of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Lit {
-    /// Illuminance of every receiver asked for.
+    /// Illuminance of every computed receiver, lx.
     pub lx: Vec<f64>,
-    /// What the mesh did.
+    /// Counts of the mesh's work.
     pub counts: Counts,
-    /// Rays of all receivers.
+    /// Rays for all receivers.
     pub rays: u64,
-    /// Seconds of all receivers.
+    /// Seconds for all receivers.
     pub seconds: f64,
-    /// Every so manyth receiver was asked; seconds and rays are scaled to all.
+    /// Only every n-th receiver was computed (n = `every`). Seconds and rays are scaled to all receivers.
     pub every: usize,
     /// Bytes of the mesh.
     pub bytes: u64,
@@ -52,7 +52,7 @@ pub struct Lit {
 }
 
 impl World {
-    /// Makes a scene ready.
+    /// Prepares a scene.
     pub fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
         let samples = Samples::of(&stage, SamplePlacing::Stratified, 0);
@@ -73,7 +73,7 @@ impl World {
         Surroundings { scene, stage, solids, samples, give_up: NEVER }
     }
 
-    /// Lights receivers that face up by a mesh.
+    /// Computes the illuminance of upward-facing receivers by a mesh.
     pub fn by_mesh(&self, points_m: &[DVec3], options: Options) -> Result<Lit, String> {
         let started = Instant::now();
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
@@ -100,7 +100,7 @@ impl World {
         }
         lit.rays = lit.counts.rays();
 
-        // One that knows nothing of the receivers would have to store a mesh over the whole scene.
+        // A dense mesh that does not depend on the receivers has to cover the whole scene.
         let low_m = self.scene.vertices_m.iter().fold(DVec3::INFINITY, |low_m, vertex_m| low_m.min(*vertex_m));
         let high_m = self.scene.vertices_m.iter().fold(DVec3::NEG_INFINITY, |high_m, vertex_m| high_m.max(*vertex_m));
         let whole = Lattice::over([low_m, high_m], options.step_m, options.radius_m);
@@ -109,7 +109,7 @@ impl World {
         Ok(lit)
     }
 
-    /// The same by shadow rays to every luminaire, `looks` times each, from as many receivers as `most_rays` allows.
+    /// Computes the illuminance by shadow rays to every luminaire, `looks` times each, for as many receivers as `most_rays` allows.
     pub fn by_rays(&self, points_m: &[DVec3], looks: u64, most_rays: f64) -> Lit {
         let all_rays = (points_m.len() * self.stage.emitters.list().len()) as f64 * looks as f64;
         self.every_so_many(points_m, (all_rays / most_rays).ceil().max(1.0) as usize, |number, receiver| {
@@ -125,7 +125,7 @@ impl World {
         })
     }
 
-    /// The same by a shadow ray to every one of `count` points of each area, a point source each.
+    /// Computes the illuminance by a shadow ray to each of `count` points of each area, each point as a point source.
     pub fn by_points(&self, points_m: &[DVec3], count: usize, most_rays: f64) -> Lit {
         let sources = Samples::of(&self.stage, SamplePlacing::Count(count), 0);
         let every = ((points_m.len() * sources.len()) as f64 / most_rays).ceil().max(1.0) as usize;
@@ -158,7 +158,7 @@ impl World {
     }
 }
 
-/// Relative RMS error of a run beside exact values of every so manyth receiver.
+/// Relative RMS error of a run compared with exact values of every n-th receiver.
 pub fn relative_rms(found: &Lit, exact: &Lit) -> f64 {
     let pairs = found.lx.iter().step_by(exact.every / found.every.max(1)).zip(&exact.lx);
     let squares: f64 = pairs.map(|(found, exact)| (found - exact).powi(2)).sum();
@@ -166,7 +166,7 @@ pub fn relative_rms(found: &Lit, exact: &Lit) -> f64 {
     (squares / count).sqrt() / (exact.lx.iter().sum::<f64>() / count)
 }
 
-/// `edge`² points of a level rectangle, the middles of equal cells.
+/// `edge`² points of a horizontal rectangle, at the middles of equal cells.
 pub fn grid(low_m: DVec3, size_m: [f64; 2], edge: usize) -> Vec<DVec3> {
     let at = |number: usize, size_m: f64| size_m * (number as f64 + 0.5) / edge as f64;
     (0..edge * edge).map(|i| low_m + DVec3::new(at(i % edge, size_m[0]), at(i / edge, size_m[1]), 0.0)).collect()
@@ -202,7 +202,7 @@ pub fn hall_with_crates() -> String {
     for crate_number in 0..24 {
         let (x, y) = (1.0 + 17.0 * turn(), 1.0 + 17.0 * turn());
         let (width, depth, height) = (0.5 + turn(), 0.5 + turn(), 0.5 + 1.7 * turn());
-        // Writing to a text asks for nothing that could fail.
+        // Writing to a string cannot fail.
         write!(
             geometry,
             r#", {{ "name": "crate {crate_number}", "type": "box", "min": [{x},{y},0], "max": [{},{},{height}], "material": "black" }}"#,

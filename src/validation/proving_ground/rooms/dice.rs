@@ -1,15 +1,15 @@
-//! The random choices of a room: the same for the same kind and seed, on every machine.
+//! The random choices for a room: the same for the same kind and seed on every machine.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 use rand_philox::splitmix64;
 
-/// Step of the counter between two draws: the odd number next to 2⁶⁴ over the golden ratio.
+/// Step of the counter between two draws: the odd number closest to 2⁶⁴ over the golden ratio.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
-/// 2⁻⁵³: the spacing of a variate.
+/// Spacing of the variates: 2⁻⁵³.
 const SPACING: f64 = 1.0 / 9_007_199_254_740_992.0;
-/// Lengths, shares and angles are rounded to this, so that files are short and read well.
+/// Lengths, shares and angles are rounded to this, so that files are short and readable.
 const ROUNDING: f64 = 1e-3;
 
 /// A sequence of random choices.
@@ -19,24 +19,24 @@ pub struct Dice {
 }
 
 impl Dice {
-    /// The choices for one kind and seed of room. Different kinds share none.
+    /// The choices for one kind and seed. Different kinds have independent choices.
     pub fn new(kind: &str, seed: u64) -> Dice {
         let key = kind.bytes().fold(splitmix64(seed ^ STEP), |key, letter| splitmix64(key ^ u64::from(letter)));
         Dice { counter: key }
     }
 
-    /// A variate in [0, 1).
+    /// A uniform variate in [0, 1).
     pub fn unit(&mut self) -> f64 {
         self.counter = self.counter.wrapping_add(STEP);
         (splitmix64(self.counter) >> 11) as f64 * SPACING
     }
 
-    /// A number between two others, rounded to a thousandth.
+    /// A uniform number between two others, rounded to a thousandth.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         rounded(low + (high - low) * self.unit())
     }
 
-    /// A number between two others whose logarithm is evenly spread.
+    /// A number between two others with uniformly distributed logarithm.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
@@ -46,12 +46,12 @@ impl Dice {
         low + (self.unit() * (high - low + 1) as f64) as usize
     }
 
-    /// Whether something of this probability happens.
+    /// Returns `true` with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
 
-    /// A unit vector, all directions alike.
+    /// A unit vector with uniformly distributed direction.
     pub fn direction(&mut self) -> DVec3 {
         let z = 2.0 * self.unit() - 1.0;
         let angle = TAU * self.unit();
@@ -59,14 +59,14 @@ impl Dice {
         DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
     }
 
-    /// One of some things.
+    /// A random element of a list.
     pub fn one_of<'a, T>(&mut self, things: &'a [T]) -> &'a T {
         &things[self.count(0, things.len() - 1)]
     }
 }
 
-/// A number rounded to a thousandth.
+/// Rounds a number to a thousandth.
 pub fn rounded(value: f64) -> f64 {
-    // Division gives the f64 nearest to the decimal, which files then show with three digits.
+    // Division gives the f64 nearest to the decimal number, which files then show with three digits.
     (value / ROUNDING).round() / (1.0 / ROUNDING).round()
 }

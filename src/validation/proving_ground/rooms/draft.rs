@@ -1,4 +1,4 @@
-//! A room while it is being furnished: what goes into its scene file, and where receivers may stand.
+//! A room while it is furnished: the contents of its scene file, and surfaces for receivers.
 
 use std::fmt::Write as _;
 
@@ -10,25 +10,25 @@ use super::solid::Solid;
 /// Maintenance factor of all luminaires.
 const MAINTENANCE_FACTOR: f64 = 0.8;
 
-/// A file that a scene names.
+/// A file used by a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RoomFile {
-    /// Path beside the scene file.
+    /// Path relative to the scene file.
     pub name: String,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
 }
 
-/// A triangle on which receivers may lie; its front is seen counter-clockwise.
+/// A triangle on which receivers may lie. Its corners are counter-clockwise as seen from the front.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
     /// Corners in m.
     pub corners_m: [DVec3; 3],
-    /// Number of the kind of surface that it belongs to.
+    /// Index of its kind of surface.
     pub group: usize,
 }
 
-/// A parallelogram near which a region of receivers lies: they look along u × v.
+/// A parallelogram on which a region of receivers lies. The receivers face along u × v.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
     /// A corner in m.
@@ -39,17 +39,17 @@ pub struct Patch {
     pub v_m: DVec3,
 }
 
-/// A flat polygon of a room's shell, convex, its front towards the room.
+/// A flat convex polygon of a room's shell. Its front faces the room.
 #[derive(Clone, Debug)]
 pub struct Wall {
-    /// Name of the material, which is the kind of surface too.
+    /// Name of the material, which is also the kind of surface.
     pub material: String,
     /// Corners in m, counter-clockwise as seen from the room.
     pub corners_m: Vec<DVec3>,
 }
 
 impl Wall {
-    /// Unit normal towards the room.
+    /// Unit normal into the room.
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = [0, 1, 2].map(|corner| self.corners_m[corner]);
         (b - a).cross(c - a).normalize()
@@ -66,7 +66,7 @@ struct MeshText {
 
 impl MeshText {
     fn push(&mut self, material: &str, corners_m: &[DVec3], faces: &[Vec<usize>]) {
-        // Writing to a text asks for nothing that could fail.
+        // Writing to a string cannot fail.
         for corner in corners_m {
             writeln!(self.text, "v {} {} {}", corner.x, corner.y, corner.z).ok();
         }
@@ -90,32 +90,32 @@ pub struct Draft {
     luminaires: Vec<Value>,
     pub(super) receivers: Vec<Value>,
     pub(super) files: Vec<RoomFile>,
-    /// Closed things, one-sided.
+    /// Closed objects, one-sided.
     things: MeshText,
     /// Sheets, two-sided.
     sheets: MeshText,
-    /// Shell of the room, where it is no box.
+    /// Shell of the room, if it is not a box.
     shell: MeshText,
     pub(super) walls: Vec<Wall>,
     pub(super) faces: Vec<Face>,
     pub(super) groups: Vec<String>,
     pub(super) solids: Vec<Solid>,
-    /// Places of which regions are made: name of the region and patch.
+    /// Patches of regions: name of the region and patch.
     pub(super) regions: Vec<(String, Patch)>,
 }
 
 impl Draft {
-    /// A diffuse material.
+    /// Adds a diffuse material.
     pub fn paint(&mut self, name: &str, reflectance: f64) {
         self.material(name, json!({ "type": "diffuse", "reflectance": reflectance }));
     }
 
-    /// Any material, as the scene file writes it.
+    /// Adds any material in the format of the scene file.
     pub fn material(&mut self, name: &str, material: Value) {
         self.materials.insert(name.to_owned(), material);
     }
 
-    /// The room itself as a box. Floor, ceiling and walls take materials of these names.
+    /// Adds the room itself as a box. Floor, ceiling and walls have the materials of these names.
     pub fn room(&mut self, low_m: DVec3, high_m: DVec3, longest_edge_m: f64) {
         self.geometry.push(json!({
             "name": "room", "type": "box", "min": low_m.to_array(), "max": high_m.to_array(), "facing": "inward",
@@ -141,7 +141,7 @@ impl Draft {
         }
     }
 
-    /// The room itself as a mesh of convex polygons.
+    /// Adds the room itself as a mesh of convex polygons.
     pub fn room_of_walls(&mut self, walls: Vec<Wall>) {
         for wall in walls {
             let face = (0..wall.corners_m.len()).collect();
@@ -151,7 +151,7 @@ impl Draft {
         }
     }
 
-    /// A closed thing, seen from outside.
+    /// Adds a closed object, seen from outside.
     pub fn thing(&mut self, material: &str, solid: Solid) {
         let (corners_m, faces) = solid.surface();
         self.things.push(material, &corners_m, &faces);
@@ -162,18 +162,18 @@ impl Draft {
         self.solids.push(solid);
     }
 
-    /// A closed box along the axes.
+    /// Adds a closed box along the axes.
     pub fn block(&mut self, material: &str, low_m: [f64; 3], high_m: [f64; 3]) {
         self.thing(material, Solid::block(DVec3::from(low_m), DVec3::from(high_m)));
     }
 
-    /// A closed triangle mesh that is no simple solid; receivers may lie on it, and it hides none.
+    /// Adds a closed mesh that is not a simple solid. Receivers may lie on it, but it is ignored in tests for hidden receivers.
     pub fn mesh(&mut self, material: &str, corners_m: &[DVec3], faces: &[Vec<usize>]) {
         self.things.push(material, corners_m, faces);
         self.notice_mesh(material, corners_m, faces);
     }
 
-    /// Faces that reflect on both sides.
+    /// Adds faces that reflect on both sides.
     pub fn sheet(&mut self, material: &str, corners_m: &[DVec3], faces: &[Vec<usize>]) {
         self.sheets.push(material, corners_m, faces);
         self.notice_mesh(material, corners_m, faces);
@@ -181,7 +181,7 @@ impl Draft {
         self.notice_mesh(material, corners_m, &backs);
     }
 
-    /// Faces of the room itself that reflect on both sides, whichever way they face; receivers lie on the side of the room.
+    /// Adds faces of the room itself that reflect on both sides, in either orientation. Receivers lie on the side towards the room.
     pub fn skin(&mut self, material: &str, inward: DVec3, corners_m: &[DVec3], faces: &[Vec<usize>]) {
         self.sheets.push(material, corners_m, faces);
         for face in faces {
@@ -193,7 +193,7 @@ impl Draft {
         }
     }
 
-    /// A rectangle that reflects on both sides; its front looks along u × v.
+    /// Adds a rectangle that reflects on both sides. Its front faces along u × v.
     pub fn plate(&mut self, name: &str, material: &str, patch: Patch) {
         let Patch { origin_m, u_m, v_m } = patch;
         self.geometry.push(json!({
@@ -206,7 +206,7 @@ impl Draft {
         self.notice_polygon(material, &back_m);
     }
 
-    /// A ball, as the scene file knows it.
+    /// Adds a ball as a sphere of the scene file.
     pub fn ball(&mut self, name: &str, material: &str, center_m: DVec3, radius_m: f64) {
         self.geometry.push(json!({
             "name": name, "type": "sphere", "center": center_m.to_array(), "radius": radius_m, "material": material,
@@ -214,21 +214,21 @@ impl Draft {
         self.solids.push(Solid::Ball { center_m, radius_m });
     }
 
-    /// A luminaire as the scene file writes it, without its name and maintenance factor.
+    /// Adds a luminaire in the format of the scene file, without its name and maintenance factor.
     pub fn luminaire(&mut self, mut luminaire: Value) {
         luminaire["name"] = json!(format!("lamp {}", self.luminaires.len() + 1));
         luminaire["maintenance_factor"] = json!(MAINTENANCE_FACTOR);
         self.luminaires.push(luminaire);
     }
 
-    /// A point that shines alike in all directions.
+    /// Adds an isotropic point.
     pub fn lamp(&mut self, position_m: DVec3, luminous_flux_lm: f64) {
         self.luminaire(
             json!({ "type": "point", "position": position_m.to_array(), "luminous_flux_lm": luminous_flux_lm }),
         );
     }
 
-    /// A point that shines by Lambert's law.
+    /// Adds a Lambertian point.
     pub fn spot(&mut self, position_m: DVec3, aim: DVec3, luminous_flux_lm: f64) {
         self.luminaire(json!({
             "type": "point", "distribution": "lambertian", "position": position_m.to_array(), "aim": aim.to_array(),
@@ -236,14 +236,14 @@ impl Draft {
         }));
     }
 
-    /// A rectangle that shines from its front and reflects on both sides.
+    /// Adds a rectangle that emits from its front and reflects on both sides.
     pub fn panel(&mut self, material: &str, patch: Patch, exitance_lm_m2: f64) {
         let name = format!("panel {}", self.geometry.len());
         self.plate(&name, material, patch);
         self.luminaire(json!({ "type": "area", "surface": name, "exitance_lm_m2": exitance_lm_m2 }));
     }
 
-    /// A luminaire from a photometric file, which goes with the room.
+    /// Adds a luminaire with a photometric file, which is stored with the room.
     pub fn photometric(&mut self, file: (&str, &str), position_m: DVec3, aim: DVec3, dimming: f64) {
         let (name, text) = file;
         if self.files.iter().all(|known| known.name != name) {
@@ -260,7 +260,7 @@ impl Draft {
         self.luminaires.len()
     }
 
-    /// A grid of receivers that look up, `margin_m` from the ends of a rectangle of the floor plan.
+    /// Adds a grid of upward-facing receivers over a rectangle of the floor plan. The margin at the ends is half a cell.
     pub fn grid(&mut self, name: &str, low_m: [f64; 3], high_m: [f64; 2], counts: [usize; 2]) {
         let margin_m = |axis: usize| 0.5 * (high_m[axis] - low_m[axis]) / counts[axis] as f64;
         let size_m = |axis: usize| high_m[axis] - low_m[axis] - 2.0 * margin_m(axis);
@@ -276,18 +276,18 @@ impl Draft {
         self.regions.push((name.to_owned(), patch));
     }
 
-    /// Whether a place lies inside of something.
+    /// Returns whether a point is inside a solid.
     pub fn is_inside(&self, place_m: DVec3) -> bool {
         self.solids.iter().any(|solid| solid.contains(place_m))
     }
 
-    /// Whether a place lies in the air of the room, whose walls are those of a convex body.
+    /// Returns whether a point is in the air of the room, whose walls form a convex body.
     pub fn is_in_the_air(&self, place_m: DVec3) -> bool {
         let is_before = |wall: &Wall| (place_m - wall.corners_m[0]).dot(wall.normal()) > 0.0;
         self.walls.iter().all(is_before) && !self.is_inside(place_m)
     }
 
-    /// Whether nothing stands in a box along the axes; what touches it does not count.
+    /// Returns whether no solid overlaps a box along the axes.
     pub fn is_clear(&self, low_m: DVec3, high_m: DVec3) -> bool {
         let apart = |solid: &Solid| {
             let [low, high] = solid.bounds_m();
@@ -303,7 +303,7 @@ impl Draft {
         }
     }
 
-    /// Notes a convex polygon as a place for receivers.
+    /// Records a convex polygon as a surface for receivers.
     fn notice_polygon(&mut self, group: &str, corners_m: &[DVec3]) {
         let number = self.groups.iter().position(|known| known == group).unwrap_or_else(|| {
             self.groups.push(group.to_owned());
@@ -315,7 +315,7 @@ impl Draft {
         }
     }
 
-    /// The scene file and the files that it names.
+    /// The scene file and the files that it uses.
     pub(super) fn finish(mut self, title: &str) -> (String, Vec<RoomFile>) {
         let meshes = [("shell", self.shell, false), ("things", self.things, false), ("sheets", self.sheets, true)];
         for (name, mesh, two_sided) in meshes {

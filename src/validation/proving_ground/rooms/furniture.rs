@@ -1,4 +1,4 @@
-//! Things that stand in many kinds of rooms.
+//! Objects used in many kinds of rooms.
 
 use glam::DVec3;
 
@@ -6,34 +6,34 @@ use super::dice::{Dice, rounded};
 use super::draft::{Draft, Patch};
 use super::solid::Solid;
 
-/// Region of receivers under tables, and behind shelves and cupboards.
+/// Name of the region of receivers under tables.
 pub const UNDER_TABLES: &str = "under tables";
-/// See [`UNDER_TABLES`].
+/// Name of the region of receivers behind shelves and cupboards.
 pub const BEHIND_SHELVES: &str = "behind shelves";
-/// Elements of a room's walls are so many times shorter than its longest side.
+/// Ratio of a room's longest side to the edges of elements on its walls.
 const ELEMENTS_ALONG: f64 = 12.0;
 
-/// A vector.
+/// A vector in m.
 pub fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// A parallelogram in whole millimetres.
+/// A parallelogram rounded to whole millimetres.
 pub fn patch(origin_m: DVec3, u_m: DVec3, v_m: DVec3) -> Patch {
     Patch { origin_m: origin_m.map(rounded), u_m: u_m.map(rounded), v_m: v_m.map(rounded) }
 }
 
-/// A rectangle at a height that looks up, from its lowest corner and its sides.
+/// An upward-facing horizontal rectangle, from its lowest corner and its sides.
 pub fn looking_up(x: f64, y: f64, z: f64, width_m: f64, depth_m: f64) -> Patch {
     patch(at(x, y, z), at(width_m, 0.0, 0.0), at(0.0, depth_m, 0.0))
 }
 
-/// The same, looking down.
+/// A downward-facing horizontal rectangle, from its lowest corner and its sides.
 pub fn looking_down(x: f64, y: f64, z: f64, width_m: f64, depth_m: f64) -> Patch {
     patch(at(x, y, z), at(0.0, depth_m, 0.0), at(width_m, 0.0, 0.0))
 }
 
-/// Floor, ceiling and walls in their paints.
+/// Adds the paints of floor, ceiling and walls with random reflectances in these ranges.
 pub fn paints(draft: &mut Draft, dice: &mut Dice, floor: [f64; 2], ceiling: [f64; 2], walls: [f64; 2]) {
     for (name, [low, high]) in [("floor", floor), ("ceiling", ceiling), ("walls", walls)] {
         let reflectance = dice.between(low, high);
@@ -41,32 +41,32 @@ pub fn paints(draft: &mut Draft, dice: &mut Dice, floor: [f64; 2], ceiling: [f64
     }
 }
 
-/// Paints as in most rooms.
+/// Adds paints as in most rooms.
 pub fn usual_paints(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.1, 0.4], [0.5, 0.85], [0.3, 0.75]);
 }
 
-/// An empty box room from the origin; returns its size in m.
+/// Adds an empty box room from the origin; returns its size in m.
 pub fn box_room(draft: &mut Draft, dice: &mut Dice, x: [f64; 2], y: [f64; 2], z: [f64; 2]) -> DVec3 {
     let size_m = at(dice.between(x[0], x[1]), dice.between(y[0], y[1]), dice.between(z[0], z[1]));
     draft.room(DVec3::ZERO, size_m, rounded(size_m.max_element() / ELEMENTS_ALONG));
     size_m
 }
 
-/// The grid "work plane" over a box room, some 400 points with cells about as wide as long.
+/// Adds the grid "work plane" over a box room, with about 400 points and nearly square cells.
 pub fn work_plane(draft: &mut Draft, dice: &mut Dice, size_m: DVec3) {
     let height_m = dice.between(0.76, 0.9);
     let columns = ((400.0 * size_m.x / size_m.y).sqrt().round() as usize).clamp(4, 130);
     draft.grid("work plane", [0.0, 0.0, height_m], [size_m.x, size_m.y], [columns, (400 / columns).max(3)]);
 }
 
-/// A block from a corner of the floor plan: sizes and offsets along x and y change places where it is turned.
+/// Adds a block relative to a corner of the floor plan. If it is turned, x and y of sizes and offsets are exchanged.
 fn part(draft: &mut Draft, material: &str, corner_m: DVec3, is_turned: bool, low: [f64; 3], high: [f64; 3]) {
     let place = |[x, y, z]: [f64; 3]| corner_m + if is_turned { at(y, x, z) } else { at(x, y, z) };
     draft.thing(material, Solid::block(place(low), place(high)));
 }
 
-/// A desk on four legs from a corner of the floor plan, with the region under it. Needs "wood" and "steel".
+/// Adds a desk on four legs at a corner of the floor plan, with the region under it. Needs "wood" and "steel".
 pub fn desk(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, is_turned: bool) {
     let [width_m, depth_m, height_m] = [dice.between(1.1, 1.6), dice.between(0.6, 0.8), dice.between(0.68, 0.75)];
     let leg_m = dice.between(0.03, 0.07);
@@ -86,7 +86,7 @@ pub fn desk(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, is_turned: bool
     draft.region(UNDER_TABLES, looking_down(corner_m.x, corner_m.y, corner_m.z + board, x_m, y_m));
 }
 
-/// A chair of half a metre square from a corner of the floor plan. Needs "wood" and "steel".
+/// Adds a chair about half a metre square at a corner of the floor plan. Needs "wood" and "steel".
 pub fn chair(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, is_turned: bool) {
     let [seat_m, back_m] = [dice.between(0.4, 0.48), dice.between(0.8, 1.05)];
     part(draft, "wood", corner_m, is_turned, [0.0, 0.0, seat_m - 0.03], [0.44, 0.44, seat_m]);
@@ -98,7 +98,7 @@ pub fn chair(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, is_turned: boo
     }
 }
 
-/// Desks with chairs over a rectangle of the floor plan.
+/// Adds desks with chairs over a rectangle of the floor plan.
 pub fn desks(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 2], high_m: [f64; 2], share: f64) {
     const CELL_M: f64 = 2.0;
     let counts = [0, 1].map(|axis| ((high_m[axis] - low_m[axis]) / CELL_M) as usize);
@@ -114,7 +114,7 @@ pub fn desks(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 2], high_m: [f64; 
             {
                 continue;
             }
-            // The desk's board needs up to 0.8 m in depth, the chair stands partly under it.
+            // The desk's board is up to 0.8 m deep, and the chair stands partly under it.
             let is_turned = dice.chance(0.4);
             let aside_m = dice.between(0.1, 0.5);
             let to_chair_m = if is_turned { at(0.0, aside_m, 0.0) } else { at(aside_m, 0.0, 0.0) };
@@ -125,7 +125,7 @@ pub fn desks(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 2], high_m: [f64; 
     }
 }
 
-/// Cupboards along the wall of highest y with a gap behind them, a region of its own. Needs "wood".
+/// Adds cupboards along the wall of highest y. The gap behind them is a region of receivers. Needs "wood".
 pub fn cupboards(draft: &mut Draft, dice: &mut Dice, size_m: DVec3) {
     let mut x = dice.between(0.05, 0.5);
     loop {
@@ -141,7 +141,7 @@ pub fn cupboards(draft: &mut Draft, dice: &mut Dice, size_m: DVec3) {
     }
 }
 
-/// An open shelf along x with goods on its boards; receivers stand at the back of its bays. Needs "wood" and "goods".
+/// Adds an open shelf along x with goods on its boards. Receivers are at the back of its bays. Needs "wood" and "goods".
 pub fn shelf(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, size_m: DVec3, is_turned: bool) {
     const BOARD_M: f64 = 0.02;
     let bays = ((size_m.x / 0.9).round() as usize).max(1);
@@ -171,7 +171,7 @@ pub fn shelf(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, size_m: DVec3,
                 part(draft, "goods", corner_m, is_turned, low, [x + width_m, rounded(0.01 + depth_m), top_m]);
                 x = rounded(x + width_m + dice.between(0.004, 0.1));
             }
-            // Deep on the board, behind the goods.
+            // The back part of the board, behind the goods.
             let deep_m = at(first_m, rounded(0.7 * size_m.y), z + BOARD_M);
             let [x_m, y_m] = [last_m - first_m, 0.3 * size_m.y];
             let deep = if is_turned {
@@ -184,7 +184,7 @@ pub fn shelf(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, size_m: DVec3,
     }
 }
 
-/// Panels that shine down from just under the ceiling, evenly spread, `lm_per_m2` of the floor in all. Needs "panel".
+/// Adds evenly spaced panels below the ceiling that emit downwards, with `lm_per_m2` of floor area in total. Needs "panel".
 pub fn ceiling_panels(draft: &mut Draft, dice: &mut Dice, size_m: DVec3, counts: [usize; 2], lm_per_m2: f64) {
     let [width_m, depth_m] = [dice.between(0.3, 1.2), dice.between(0.15, 0.6)];
     let drop_m = dice.between(0.02, 0.5);
@@ -200,7 +200,7 @@ pub fn ceiling_panels(draft: &mut Draft, dice: &mut Dice, size_m: DVec3, counts:
     }
 }
 
-/// How many luminaires fit in columns and rows, about one in so many square metres.
+/// Numbers of columns and rows of luminaires, with about one luminaire per `m2_each` square metres.
 pub fn lattice(dice: &mut Dice, size_m: DVec3, m2_each: [f64; 2]) -> [usize; 2] {
     let each_m2 = dice.between(m2_each[0], m2_each[1]);
     let count = (size_m.x * size_m.y / each_m2).max(1.0);

@@ -1,4 +1,4 @@
-//! Rooms whose luminaires are the hard part.
+//! Rooms in which the luminaires make the light difficult to compute.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ fn furniture_paints(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A single spotlight: nearly all light comes from the bright spot that it makes.
+/// A single spotlight: nearly all light comes from its bright spot.
 pub fn one_spotlight(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);
@@ -34,7 +34,7 @@ pub fn one_spotlight(draft: &mut Draft, dice: &mut Dice) {
         draft.photometric(file, place_m, aim, 1.0);
         return;
     }
-    // A point deep in a dark tube.
+    // A point source deep in a dark tube.
     draft.paint("tube", 0.04);
     let [half_m, long_m] = [dice.between(0.03, 0.07), dice.between(0.15, 0.35)];
     let side_m = 2.0 * half_m;
@@ -54,7 +54,7 @@ pub fn one_spotlight(draft: &mut Draft, dice: &mut Dice) {
     draft.spot(place_m, DVec3::NEG_Z, flux_lm);
 }
 
-/// Many dim lamps and a very bright one, which a partition hides from a part of the room.
+/// Many dim lamps and a very bright one, hidden by a partition from a part of the room.
 pub fn dim_and_bright(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);

@@ -1,4 +1,4 @@
-//! Rooms that people work in.
+//! Rooms in which people work.
 
 use glam::DVec3;
 use serde_json::json;
@@ -17,7 +17,7 @@ fn furniture_paints(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Desks, chairs on legs and cupboards under panels.
+/// Desks, chairs and cupboards under panels.
 pub fn furnished(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);
@@ -35,7 +35,7 @@ pub fn furnished(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Luminaires that shine at the ceiling alone.
+/// Luminaires that emit only towards the ceiling.
 pub fn uplit(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);
@@ -54,7 +54,7 @@ pub fn uplit(draft: &mut Draft, dice: &mut Dice) {
             let [width_m, depth_m] = [dice.between(0.2, 0.8), dice.between(0.1, 0.5)];
             draft.panel("panel", looking_up(x, y, z, width_m, depth_m), rounded(flux_lm / (width_m * depth_m)));
         } else {
-            // A dish hides the point from below.
+            // A dish below the point hides it from below.
             draft.plate(
                 &format!("dish {}", draft.luminaire_count()),
                 "panel",
@@ -65,7 +65,7 @@ pub fn uplit(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// White all over: light goes round for long.
+/// White surfaces everywhere: light is reflected many times.
 pub fn white(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.86, 0.92], [0.88, 0.92], [0.88, 0.92]);
     draft.paint("wood", 0.9);
@@ -94,7 +94,7 @@ pub fn white(draft: &mut Draft, dice: &mut Dice) {
     ceiling_panels(draft, dice, size_m, [1, 1], 100.0);
 }
 
-/// Black or nearly so.
+/// Black or nearly black surfaces.
 pub fn dark(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.02, 0.08], [0.02, 0.12], [0.02, 0.12]);
     for (name, low, high) in [("wood", 0.02, 0.1), ("steel", 0.03, 0.15), ("panel", 0.0, 0.1)] {
@@ -122,7 +122,7 @@ pub fn dark(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Phong floor and furniture, and a wall of mirror.
+/// Floor and furniture with Phong reflection, and a large mirror on a wall.
 pub fn glossy(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.1, 0.4], [0.5, 0.8], [0.3, 0.7]);
     let lobe = |diffuse: f64, specular: f64, exponent: f64| {
@@ -138,7 +138,7 @@ pub fn glossy(draft: &mut Draft, dice: &mut Dice) {
     draft.material("mirror", json!({ "type": "mirror", "reflectance": dice.between(0.7, 0.92) }));
     let size_m = box_room(draft, dice, [4.0, 10.0], [3.5, 8.0], [2.5, 3.4]);
     work_plane(draft, dice, size_m);
-    // The mirror hangs before the wall of lowest x.
+    // The mirror is in front of the wall of lowest x.
     let [from_m, height_m] = [dice.between(0.2, 1.0), dice.between(1.0, size_m.z - 0.6)];
     let width_m = rounded((size_m.y - from_m) * dice.between(0.5, 0.95));
     draft.plate("mirror", "mirror", patch(at(0.012, from_m, 0.4), at(0.0, width_m, 0.0), at(0.0, 0.0, height_m)));
@@ -171,7 +171,7 @@ pub fn glossy(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Panels at the bottom of deep coffers in the ceiling: light comes out of wells.
+/// Panels at the top of deep coffers in the ceiling, so that light comes out of wells.
 pub fn coffers(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);
@@ -214,7 +214,7 @@ pub fn coffers(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A partition of glass and lampshades that let light through.
+/// A glass partition, and lampshades that transmit light.
 pub fn panes(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     furniture_paints(draft, dice);
@@ -247,7 +247,7 @@ pub fn panes(draft: &mut Draft, dice: &mut Dice) {
         let z = rounded(size_m.z - dice.between(0.4, 0.7));
         let half_m = dice.between(0.15, 0.25);
         let side_m = 2.0 * half_m;
-        // A shade without top and bottom around the point.
+        // A shade around the point, open at top and bottom.
         let corner_m = at(x - half_m, y - half_m, z - 0.12);
         let up_m = at(0.0, 0.0, 0.24);
         let number = draft.luminaire_count();

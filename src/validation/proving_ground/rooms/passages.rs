@@ -1,4 +1,4 @@
-//! Rooms that people walk through: corridors, doors, stairs.
+//! Rooms through which people walk: corridors, doors, stairs.
 
 use glam::DVec3;
 
@@ -64,7 +64,7 @@ pub fn corridor(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A long and thin duct or gallery with few lamps.
+/// A long and narrow duct or gallery with few lamps.
 pub fn long_thin(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.1, 0.5], [0.3, 0.8], [0.3, 0.8]);
     draft.paint("trays", dice.between(0.2, 0.7));
@@ -84,7 +84,7 @@ pub fn long_thin(draft: &mut Draft, dice: &mut Dice) {
     let photometric = dice.chance(0.3);
     let mut x = dice.between(0.5, 4.0);
     while x < size_m.x - 0.3 {
-        // Some lamps are broken; the first one never.
+        // Some lamps are missing, but never the first one.
         if draft.luminaire_count() == 0 || dice.chance(0.7) {
             let place_m = at(x, rounded(size_m.y * dice.between(0.4, 0.6)), size_m.z - 0.15);
             if photometric {
@@ -97,7 +97,7 @@ pub fn long_thin(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Two rooms; a door between them stands open by a hand's breadth, and only one of them is lit.
+/// Two rooms with a slightly open door between them. Only one of them is lit.
 pub fn door_ajar(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     for (name, low, high) in [("doors", 0.2, 0.7), ("wood", 0.2, 0.6), ("goods", 0.2, 0.7), ("panel", 0.5, 0.8)] {
@@ -113,7 +113,7 @@ pub fn door_ajar(draft: &mut Draft, dice: &mut Dice) {
     draft.block("walls", [wall_m, 0.0, 0.0], [end_m, hinge_m, size_m.z]);
     draft.block("walls", [wall_m, latch_m, 0.0], [end_m, size_m.y, size_m.z]);
     draft.block("walls", [wall_m, hinge_m, head_m], [end_m, latch_m, size_m.z]);
-    // The leaf turns about its hinge into the second room; its far end leaves a gap of a hand's breadth.
+    // The leaf turns about its hinge into the second room and leaves a gap of 6 to 14 cm at its far end.
     let gap_m = dice.between(0.06, 0.14);
     let leaf_m = width_m - 0.01;
     let angle_rad = (gap_m / leaf_m).asin();
@@ -141,7 +141,7 @@ pub fn door_ajar(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A stairwell: flights, a landing, railings.
+/// A stairwell: flights, landings, posts of railings.
 pub fn stairs(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     for (name, low, high) in [("steps", 0.2, 0.6), ("steel", 0.1, 0.6), ("panel", 0.5, 0.8)] {
@@ -158,7 +158,7 @@ pub fn stairs(draft: &mut Draft, dice: &mut Dice) {
     let x_m = rounded(from + run_m + length);
     let z_m = rounded(2.0 * landing_m + dice.between(1.6, 2.4));
     let size_m = box_room(draft, dice, [x_m, x_m], [width, width], [z_m, z_m]);
-    // The first flight goes up along x, solid or of slabs; the second comes back above.
+    // The first flight goes up along x, solid or made of slabs. The second flight returns above.
     let is_solid = dice.chance(0.5);
     for step in 0..steps {
         let (x, top) = (from + tread_m * step as f64, rise_m * (step + 1) as f64);

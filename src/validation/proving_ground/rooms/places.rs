@@ -1,4 +1,4 @@
-//! Where receivers stand: on all kinds of surfaces, in corners, and in the regions that a room names.
+//! Positions of receivers: on all kinds of surfaces, in corners, and in the regions that a room defines.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -10,22 +10,23 @@ use super::dice::Dice;
 use super::draft::{Draft, Face, Patch, RoomFile, Wall};
 use super::solid::Solid;
 
-/// Receivers on surfaces: so many on each kind, and so many more shared out by area.
+/// Number of receivers on each kind of surface, and number of further receivers distributed by area.
 const ON_EACH_KIND: usize = 12;
 const BY_AREA: usize = 320;
-/// Receivers in corners, and in each region.
+/// Number of receivers in corners, and in each region.
 const IN_CORNERS: usize = 100;
 const IN_REGION: usize = 80;
-/// Distances in m of receivers in corners from the edge.
+/// Range of distances in m from the edge for receivers in corners.
 const FROM_EDGE_M: [f64; 2] = [0.003, 0.15];
-/// Walls that turn by less than this (cosine of the angle between normals) make no corner.
+/// Two walls form a corner if the cosine of the angle between their normals is below this.
 const CORNER_COSINE: f64 = 0.8;
-/// A receiver with something so near before it, in m, is covered: nobody asks for the light between a box and the floor it stands on.
+/// A receiver with a solid this near in front of it, in m, is hidden by contact. The light between a box and the floor below it is
+/// not of interest.
 const CONTACT_M: f64 = 1e-3;
-/// Places that are tried for each receiver before it is given up.
+/// Maximum number of positions tried per receiver.
 const TRIES: usize = 30;
 
-/// A receiver.
+/// Position, normal and area of a receiver.
 #[derive(Clone, Copy, Debug)]
 struct ReceiverPlace {
     position_m: DVec3,
@@ -33,7 +34,7 @@ struct ReceiverPlace {
     area_m2: f64,
 }
 
-/// Adds the sets "surfaces", "corners" and one for each region of the draft.
+/// Adds the receiver sets "surfaces", "corners" and one for each region of the draft.
 pub fn add_points(draft: &mut Draft, dice: &mut Dice) {
     let surfaces = on_surfaces(draft, dice);
     add_set(draft, "surfaces", &surfaces);
@@ -58,14 +59,14 @@ fn add_set(draft: &mut Draft, name: &str, places: &[ReceiverPlace]) {
     let file = format!("{}.csv", name.replace(' ', "-"));
     let mut text = String::from("x,y,z,nx,ny,nz,area\n");
     for ReceiverPlace { position_m: p, normal: n, area_m2 } in places {
-        // Writing to a text asks for nothing that could fail.
+        // Writing to a string cannot fail.
         writeln!(text, "{},{},{},{},{},{},{area_m2}", p.x, p.y, p.z, n.x, n.y, n.z).ok();
     }
     draft.receivers.push(json!({ "name": name, "type": "points", "file": file }));
     draft.files.push(RoomFile { name: file, text });
 }
 
-/// So many places that nothing covers, made by `make`; each stands for its share of what of the area shows.
+/// Returns up to `count` positions from `make` that are not hidden by contact. Each represents an equal share of the visible area.
 fn uncovered(
     draft: &Draft,
     dice: &mut Dice,
@@ -141,10 +142,10 @@ fn on_surfaces(draft: &Draft, dice: &mut Dice) -> Vec<ReceiverPlace> {
     places
 }
 
-/// An edge of the shell where two walls meet, as one of them sees it.
+/// An edge of the shell where two walls meet, for receivers on one of the walls.
 struct ShellEdge {
     ends_m: [DVec3; 2],
-    /// Normal of the wall on which receivers lie, and the direction on it away from the edge.
+    /// Normal of that wall, and the direction on it away from the edge.
     normal: DVec3,
     away: DVec3,
 }
@@ -161,7 +162,7 @@ fn edges(walls: &[Wall]) -> Vec<ShellEdge> {
             };
             if walls.iter().enumerate().any(meets) {
                 let normal = wall.normal();
-                // The polygon runs counter-clockwise: its inside is to the left of each edge.
+                // The polygon is counter-clockwise: its inside is to the left of each edge.
                 edges.push(ShellEdge { ends_m: [a, b], normal, away: normal.cross(b - a).normalize() });
             }
         }
@@ -179,7 +180,7 @@ fn in_corners(draft: &Draft, dice: &mut Dice) -> Vec<ReceiverPlace> {
         let edge = dice.one_of(&edges);
         let [a, b] = edge.ends_m;
         let from_edge_m = dice.log_between(FROM_EDGE_M[0], FROM_EDGE_M[1]);
-        // A third of the places is near an end too: where three walls meet.
+        // A third of the positions is also near an end of the edge, where three walls meet.
         let margin_m = from_edge_m.min(0.4 * a.distance(b));
         let along_m = match dice.count(0, 5) {
             0 => margin_m,

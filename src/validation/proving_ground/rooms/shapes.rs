@@ -1,4 +1,4 @@
-//! Rooms of uncommon shape: attics, vaults, meshes with faults.
+//! Rooms of unusual shape: attics, vaults, meshes with faults.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::draft::{Draft, Wall};
 use super::furniture::{at, ceiling_panels, chair, desk, looking_down, patch, usual_paints};
 use super::solid::Solid;
 
-/// A prism along x as a room: its cross-section in y and z, counter-clockwise as seen from high x, and the paint of each side.
+/// A prism along x as a room. Its cross-section is in y and z, counter-clockwise as seen from high x, with the paint of each side.
 fn prism(length_m: f64, section_m: &[[f64; 2]], paints: &[&str]) -> Vec<Wall> {
     let count = section_m.len();
     let corner = |x: f64, index: usize| at(x, section_m[index % count][0], section_m[index % count][1]);
@@ -30,12 +30,12 @@ fn prism(length_m: f64, section_m: &[[f64; 2]], paints: &[&str]) -> Vec<Wall> {
     walls
 }
 
-/// Whether a place lies within a convex room, so far in m from its walls.
+/// Returns whether a point is inside a convex room, at least `margin_m` from its walls.
 fn is_within(walls: &[Wall], place_m: DVec3, margin_m: f64) -> bool {
     walls.iter().all(|wall| (place_m - wall.corners_m[0]).dot(wall.normal()) >= margin_m)
 }
 
-/// An attic with stray triangles by the hundred.
+/// An attic with hundreds of stray triangles.
 pub fn attic(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     for (name, low, high) in [("roof", 0.2, 0.8), ("scraps", 0.1, 0.8), ("wood", 0.2, 0.6)] {
@@ -92,7 +92,7 @@ pub fn curved(draft: &mut Draft, dice: &mut Dice) {
         section_m.push([radius_m + radius_m * angle.cos(), spring_m + rise * radius_m * angle.sin()]);
         paints.push(if facet < facets { "vault" } else { "walls" });
     }
-    // The arc ends above the origin, but for rounding.
+    // The arc ends exactly above the origin; this removes its rounding error.
     section_m[facets + 2][0] = 0.0;
     let walls = prism(length_m, &section_m, &paints);
     draft.room_of_walls(walls.clone());
@@ -111,13 +111,13 @@ pub fn curved(draft: &mut Draft, dice: &mut Dice) {
         let radius_m = dice.between(0.08, 0.35);
         let center_m = at(dice.between(0.5, length_m - 0.5), dice.between(0.5, width_m - 0.5), radius_m + 0.002);
         let reach_m = DVec3::splat(radius_m);
-        // The bench goes round the middle.
+        // The bench is around the middle of the room.
         let from_middle_m = (center_m.x - 0.5 * length_m).hypot(center_m.y - 0.5 * width_m);
         if from_middle_m > 1.15 + radius_m && draft.is_clear(center_m - reach_m, center_m + reach_m) {
             draft.ball(&format!("ball {index}"), "balls", center_m, radius_m);
         }
     }
-    // A gap under it lets some light through.
+    // A gap under the bench lets some light through.
     bench(draft, dice, at(rounded(0.5 * length_m), rounded(0.5 * width_m), 0.04));
     let count = dice.count(1, 4);
     for lamp in 0..count {
@@ -131,7 +131,7 @@ pub fn curved(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A quarter of a ring as a bench: a closed curved mesh.
+/// Adds a bench in the form of a quarter ring: a closed curved mesh.
 fn bench(draft: &mut Draft, dice: &mut Dice, middle_m: DVec3) {
     let segments = dice.count(8, 40);
     let [inner_m, outer_m, height_m] = [dice.between(0.5, 0.7), dice.between(0.8, 1.1), dice.between(0.3, 0.5)];
@@ -153,7 +153,7 @@ fn bench(draft: &mut Draft, dice: &mut Dice, middle_m: DVec3) {
     draft.mesh("wood", &corners_m, &faces);
 }
 
-/// A room whose mesh has the faults that exported models have. All its faces reflect on both sides.
+/// A room whose mesh has typical faults of exported models. All its faces reflect on both sides.
 pub fn faulty_input(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     for (name, low, high) in [("wood", 0.2, 0.6), ("steel", 0.2, 0.6), ("fins", 0.2, 0.7), ("panel", 0.5, 0.8)] {
@@ -161,7 +161,8 @@ pub fn faulty_input(draft: &mut Draft, dice: &mut Dice) {
         draft.paint(name, reflectance);
     }
     let size_m = at(dice.between(4.0, 8.0), dice.between(3.5, 7.0), dice.between(2.4, 3.4));
-    // A grid of quads of which some are cut in two along one edge alone: T-junctions. Some face the other way, some stand twice.
+    // A grid of quads. Some are divided along one edge only, which makes T-junctions. Some face the wrong way, and some are
+    // duplicated.
     let faults = dice.between(0.1, 0.4);
     let room = [
         ("floor", at(0.0, 0.0, 0.0), at(size_m.x, 0.0, 0.0), at(0.0, size_m.y, 0.0)),
@@ -178,7 +179,7 @@ pub fn faulty_input(draft: &mut Draft, dice: &mut Dice) {
     }
     let height_m = dice.between(0.5, 0.9);
     draft.grid("work plane", [0.0, 0.0, height_m], [size_m.x, size_m.y], [22, 18]);
-    // Three sheets that meet in one edge.
+    // Three or more sheets that meet in one edge.
     for _ in 0..dice.count(2, 5) {
         let foot_m = at(dice.between(0.6, size_m.x - 0.6), dice.between(0.6, size_m.y - 0.6), 0.0);
         let top_m = foot_m + at(0.0, 0.0, dice.between(0.4, 1.8));
@@ -193,7 +194,7 @@ pub fn faulty_input(draft: &mut Draft, dice: &mut Dice) {
         }
         draft.sheet("fins", &corners_m, &faces);
     }
-    // Needles, and furniture whose parts stand in one another.
+    // Needles, and furniture whose parts overlap.
     let needle_m = at(0.2, rounded(0.5 * size_m.y), 1.1);
     for index in 0..12 {
         let up_m = at(0.0, 0.0, 0.002 + 1e-4 * index as f64);
@@ -217,7 +218,7 @@ pub fn faulty_input(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// A wall of quads with faults of the given share.
+/// Adds a wall of quads with the given share of faults.
 fn faulty_wall(
     draft: &mut Draft,
     dice: &mut Dice,
@@ -239,7 +240,7 @@ fn faulty_wall(
                 vec![vec![a, b, d], vec![a, d, e]]
             };
             if dice.chance(share) {
-                // The middle of one edge is a corner here, and no corner of the neighbour.
+                // The middle of one edge is a corner here but not in the neighbour.
                 let middle = place(c + 0.5, r);
                 let corners_m = [quad[0], middle, quad[1], quad[2], quad[3]];
                 draft.skin(material, inward, &corners_m, &[vec![0, 1, 4], vec![1, 3, 4], vec![1, 2, 3]]);
@@ -248,7 +249,7 @@ fn faulty_wall(
             } else {
                 draft.skin(material, inward, &quad, &faces([0, 1, 2, 3]));
                 if dice.chance(share) {
-                    // The same again, and a coplanar piece over a part of it.
+                    // The same quad again, and a coplanar piece over a part of it.
                     draft.skin(material, inward, &quad, &faces([1, 2, 3, 0]));
                     let piece = [
                         place(c + 0.2, r + 0.2),

@@ -1,4 +1,4 @@
-//! Closed things: their surfaces, and what lies inside of them.
+//! Closed solids: their surfaces, and tests for points inside.
 
 use std::f64::consts::TAU;
 
@@ -6,16 +6,16 @@ use glam::DVec3;
 
 use super::dice::rounded;
 
-/// A closed thing.
+/// A closed solid.
 #[derive(Clone, Copy, Debug)]
 pub enum Solid {
-    /// A box that may be turned about the vertical.
+    /// A box that may be rotated about the vertical.
     Block {
-        /// Lowest corner in m, before it is turned.
+        /// Lowest corner in m, before rotation.
         low_m: DVec3,
-        /// Highest corner in m, before it is turned.
+        /// Highest corner in m, before rotation.
         high_m: DVec3,
-        /// Turn about the vertical through its centre in radians.
+        /// Rotation about the vertical through its centre in radians.
         turn_rad: f64,
     },
     /// An upright cylinder with flat sides.
@@ -38,16 +38,17 @@ pub enum Solid {
     },
 }
 
-/// Corners of a box's faces, counter-clockwise as seen from outside; bit k of a corner's number says whether it is high along axis k.
+/// Corners of a box's faces, counter-clockwise as seen from outside. Bit k of a corner's number is set if the corner is high along
+/// axis k.
 const BOX_FACES: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
 impl Solid {
-    /// A box along the axes, in whole millimetres.
+    /// A box along the axes, rounded to whole millimetres.
     pub fn block(low_m: DVec3, high_m: DVec3) -> Solid {
         Solid::Block { low_m: low_m.map(rounded), high_m: high_m.map(rounded), turn_rad: 0.0 }
     }
 
-    /// Lowest and highest corner of a box along the axes around it, in m.
+    /// Lowest and highest corner in m of the bounding box along the axes.
     pub fn bounds_m(&self) -> [DVec3; 2] {
         match *self {
             Solid::Ball { center_m, radius_m } => {
@@ -61,7 +62,7 @@ impl Solid {
         }
     }
 
-    /// Whether a place lies within, in m.
+    /// Returns whether a point in m is inside.
     pub fn contains(&self, place_m: DVec3) -> bool {
         match *self {
             Solid::Block { low_m, high_m, turn_rad } => {
@@ -78,7 +79,7 @@ impl Solid {
         }
     }
 
-    /// Corners and faces, which look outwards. A ball has none: the scene file has a word for it.
+    /// Corners and outward-facing faces. A ball has none, because the scene file has its own type for it.
     pub fn surface(&self) -> (Vec<DVec3>, Vec<Vec<usize>>) {
         match *self {
             Solid::Block { low_m, high_m, turn_rad } => {
@@ -107,9 +108,9 @@ impl Solid {
     }
 }
 
-/// A place turned about the vertical through a centre.
+/// Rotates a point about the vertical through a centre.
 fn turned(place_m: DVec3, center_m: DVec3, angle_rad: f64) -> DVec3 {
-    // What is not turned keeps every digit, so that faces that touch lie in one plane.
+    // Points without rotation keep every digit, so that touching faces lie in one plane.
     if angle_rad == 0.0 {
         return place_m;
     }

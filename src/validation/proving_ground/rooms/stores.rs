@@ -1,4 +1,4 @@
-//! Rooms full of things: shelves, clutter, a hall of racks.
+//! Rooms full of objects: shelves, clutter, a hall of racks.
 
 use glam::DVec3;
 
@@ -52,7 +52,7 @@ pub fn shelves(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Small boxes by the thousand, on floor, tables and boards.
+/// Thousands of small boxes on the floor and on tables.
 pub fn many_things(draft: &mut Draft, dice: &mut Dice) {
     usual_paints(draft, dice);
     goods_paints(draft, dice);
@@ -61,7 +61,7 @@ pub fn many_things(draft: &mut Draft, dice: &mut Dice) {
     work_plane(draft, dice, size_m);
     let count = dice.count(2000, 6000);
     let on_floor = dice.between(0.4, 0.8);
-    // Tables along the walls; their boards and the floor beneath carry things too.
+    // Tables along the walls. Their boards and the floor below carry objects too.
     let [table_m, depth_m] = [dice.between(0.68, 0.74), dice.between(0.5, 0.8)];
     let top_m = table_m + 0.03;
     let far_m = size_m.y - depth_m;
@@ -88,7 +88,7 @@ pub fn many_things(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Boxes that stand on a rectangle, one in a cell of a lattice, turned at random.
+/// Adds boxes on a rectangle, one per cell of a lattice, rotated at random.
 fn strew(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 3], high_m: [f64; 2], count: usize) {
     let [width_m, depth_m] = [high_m[0] - low_m[0], high_m[1] - low_m[1]];
     let cell_m = (width_m * depth_m / count.max(1) as f64).sqrt();
@@ -97,7 +97,7 @@ fn strew(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 3], high_m: [f64; 2], 
         for row in 0..rows {
             let center_m =
                 at(low_m[0] + cell_m * (column as f64 + 0.5), low_m[1] + cell_m * (row as f64 + 0.5), low_m[2]);
-            // Half of the diagonal stays within the cell, whatever the turn.
+            // Half of the diagonal stays within the cell for any rotation.
             let half_m = at(dice.between(0.1, 0.33) * cell_m, dice.between(0.1, 0.33) * cell_m, 0.0);
             let height_m = dice.log_between(0.02, 0.35);
             let material = *dice.one_of(&["goods", "toys", "wood", "steel"]);
@@ -112,7 +112,7 @@ fn strew(draft: &mut Draft, dice: &mut Dice, low_m: [f64; 3], high_m: [f64; 2], 
     }
 }
 
-/// A hall of racks: tens of thousands of triangles and some hundred luminaires.
+/// A hall of racks: tens of thousands of triangles and about a hundred luminaires.
 pub fn hall(draft: &mut Draft, dice: &mut Dice) {
     paints(draft, dice, [0.15, 0.35], [0.4, 0.7], [0.3, 0.6]);
     goods_paints(draft, dice);
@@ -158,7 +158,7 @@ pub fn hall(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-/// Posts, boards and pallets with goods.
+/// Adds a rack: posts, boards and pallets with goods.
 fn rack(draft: &mut Draft, dice: &mut Dice, corner_m: DVec3, bays: usize, levels: usize, size_m: DVec3) {
     let mut block = |material: &str, low: DVec3, high: DVec3| {
         draft.block(material, (corner_m + low).to_array(), (corner_m + high).to_array());

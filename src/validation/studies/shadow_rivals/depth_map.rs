@@ -1,8 +1,9 @@
-//! A shadow map over level ground, and the two soft shadows that are made of it.
+//! A shadow map over level ground, and two kinds of soft shadows from it.
 //!
-//! A texel stands for a place of the ground and keeps how far light gets on its way there. Percentage-closer filtering (Reeves, Salesin
-//! and Cook 1987, "Rendering antialiased shadows with depth maps") takes the share of lit texels about a place. Single-sample soft
-//! shadows (Brabec and Seidel 2002, "Single sample soft shadows using depth maps") look for the nearest texel of the other kind.
+//! A texel represents a point of the ground. It records whether light of the lamp reaches this point. Percentage-closer filtering
+//! (Reeves, Salesin and Cook 1987, "Rendering antialiased shadows with depth maps") uses the share of lit texels around a point.
+//! Single-sample soft shadows (Brabec and Seidel 2002, "Single sample soft shadows using depth maps") use the distance to the
+//! nearest texel of the other kind.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,21 +11,22 @@ use rayon::prelude::*;
 use crate::geometry::Meeting;
 use crate::validation::studies::world::World;
 
-/// A ray that ends this share of its way before the ground is stopped: the depth bias of such maps.
+/// Depth bias of the map: a point is unlit if the ray ends before the ground by more than this share of its length.
 const BIAS: f64 = 2e-3;
 
-/// Which places of the ground a lamp's centre lights, texel by texel.
+/// A map of the ground points that a lamp's centre lights, one per texel.
 pub struct DepthMap {
     lit: Vec<bool>,
     counts: [usize; 2],
-    /// Texels per metre.
+    /// Texels per metre along both axes.
     per_m: [f64; 2],
-    /// Rays that making it took; games let the graphics card do the same.
+    /// Rays to make the map; in games the graphics card does this work.
     pub rays: u64,
 }
 
 impl DepthMap {
-    /// The map of a lamp over the ground from (0, 0, 0) to a far corner; nothing of the lamp itself stands in the world.
+    /// Creates the map of a lamp over the ground from (0, 0, 0) to a far corner. The lamp itself is not part of the world's
+    /// geometry.
     pub fn of(world: &World, lamp_m: DVec3, size_m: [f64; 2], counts: [usize; 2]) -> DepthMap {
         let from = world.stage.tracer.free_origin(lamp_m);
         let middle_m = |number: usize, axis: usize| size_m[axis] * (number as f64 + 0.5) / counts[axis] as f64;
@@ -47,14 +49,14 @@ impl DepthMap {
         [at(place_m.x, 0), at(place_m.y, 1)]
     }
 
-    /// Whether a texel is lit; nothing is known beyond the rim.
+    /// Returns whether a texel is lit; `None` outside the map.
     fn at(&self, [column, row]: [i64; 2]) -> Option<bool> {
         let [columns, rows] = self.counts.map(|count| count as i64);
         let is_there = (0..columns).contains(&column) && (0..rows).contains(&row);
         is_there.then(|| self.lit[(row * columns + column) as usize])
     }
 
-    /// Share of lit texels of `edge`² about a place (`edge` odd).
+    /// Share of lit texels among `edge`² texels around a point (`edge` odd).
     pub fn share_of_lit(&self, place_m: DVec3, edge: i64) -> f64 {
         let [column, row] = self.texel_of(place_m);
         let reach = edge / 2;
@@ -63,7 +65,7 @@ impl DepthMap {
         known.iter().filter(|lit| **lit).count() as f64 / known.len() as f64
     }
 
-    /// ½ (1 ± r/R), r the distance to the nearest texel of the other kind, R how far it is looked for.
+    /// Light share ½ (1 ± r/R): r is the distance to the nearest texel of the other kind, R the search radius.
     pub fn single_sample(&self, place_m: DVec3, reach_m: f64) -> f64 {
         let [column, row] = self.texel_of(place_m);
         let is_lit = self.at([column, row]).unwrap_or(true);

@@ -1,4 +1,4 @@
-//! Shadows as games make them beside the light mesh and shadow rays: what they are off by, in lx, and what they take.
+//! Study of shadows by the techniques of games, compared with the light mesh and shadow rays: errors in lx, and costs.
 
 pub mod depth_map;
 pub mod wedges;
@@ -20,21 +20,21 @@ use wedges::Wedges;
 
 /// Radius of both lamps in m: the scenes are 400 m wide, the lamps 220 and 260 m high.
 const BALL_M: f64 = 8.0;
-/// Looks at every lamp that the truth takes from each place, and the most rays of it.
+/// Light samples of every lamp from each point for the truth, and the truth's maximum number of rays.
 const LOOKS: u64 = 256;
 const MOST_RAYS: f64 = 2e7;
-/// Single-sample soft shadows look so far for the edge of a hard shadow, in m.
+/// Search radius of single-sample soft shadows for the edge of a hard shadow, in m.
 const REACH_M: f64 = 5.0;
 
-/// A way of making shadows.
+/// A technique to make shadows from a shadow map.
 enum MapShadow {
-    /// Percentage-closer filtering of `edge`² texels.
+    /// Percentage-closer filtering over `edge`² texels.
     Filtered { edge: i64 },
     /// Single-sample soft shadows.
     SingleSample,
 }
 
-/// The scene with balls for lamps, and with points in their place.
+/// The scene with balls as lamps, and with points in their place.
 struct LitScene {
     name: &'static str,
     balls: World,
@@ -44,7 +44,7 @@ struct LitScene {
 }
 
 impl LitScene {
-    /// Light of all lamps at every place by the shares of them that it sees; `seen` tells share and rays.
+    /// Illuminance by all lamps at every point, from the visible share of each lamp. `seen` returns this share and the rays traced.
     fn lit_by(&self, started: Instant, made: u64, seen: impl Fn(usize, DVec3) -> (f64, u64) + Sync) -> Lit {
         let lamps = self.balls.stage.emitters.list();
         let light = |place_m: &DVec3| {
@@ -85,7 +85,7 @@ impl LitScene {
     }
 }
 
-/// Errors in lx, each beside the truth of every so manyth place: root mean square, the worst, and that of the mean.
+/// Errors in lx compared with the truth of every n-th point: root mean square, largest, and mean.
 fn errors_lx(found: &Lit, exact: &Lit) -> [f64; 3] {
     let off: Vec<f64> =
         found.lx.iter().step_by(exact.every / found.every).zip(&exact.lx).map(|(found, exact)| found - exact).collect();
@@ -95,7 +95,7 @@ fn errors_lx(found: &Lit, exact: &Lit) -> [f64; 3] {
     [square.sqrt(), worst, off.iter().sum::<f64>() / count]
 }
 
-/// Every way on both scenes.
+/// Study of every shadow technique on both scenes.
 pub fn shadow_rivals(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, maps): (usize, [usize; 2]) = if wishes.quick { (64, [128, 256]) } else { (512, [512, 2048]) };
     let mut found = Findings::of(

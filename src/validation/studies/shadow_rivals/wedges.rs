@@ -1,12 +1,13 @@
 //! Soft shadows of a ball from the silhouettes of solids.
 //!
-//! Soft shadow volumes (Assarsson and Akenine-Möller 2003, "A geometry-based soft shadow volume algorithm using graphics hardware"): each
-//! edge of the silhouette that the lamp's centre sees makes a wedge, within which it covers a part of the lamp. From a place the edges
-//! are drawn on the lamp's disk; what the shadow volumes of the centre say is corrected by the area between each chord and its arc.
-//! Silhouettes are those of the centre, and where two solids hide the same part both are counted: the method's own two errors.
+//! Soft shadow volumes (Assarsson and Akenine-Möller 2003, "A geometry-based soft shadow volume algorithm using graphics
+//! hardware"): each edge of the silhouette seen from the lamp's centre makes a wedge, within which it hides a part of the lamp. For
+//! a point on the ground the edges are projected on the lamp's disk. The shadow volumes of the centre are corrected by the area
+//! between each chord and its arc. The method has two errors of its own. Silhouettes are those of the centre, and where two solids
+//! hide the same part both are counted.
 //!
-//! Shadows that grow outward alone (Parker, Shirley and Smits 1998, "Single sample soft shadows"): what the centre does not light is
-//! black, and beyond that light comes up over the width of the ball. The paper on light meshes of 2001 names them as what it betters.
+//! Outward shadows (Parker, Shirley and Smits 1998, "Single sample soft shadows"): points that the centre does not light are black.
+//! Outside of them the light increases over the width of the ball. The 2001 paper on light meshes claims to improve on this method.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -16,14 +17,14 @@ use glam::DVec3;
 use crate::scene::Side;
 use crate::validation::studies::world::World;
 
-/// Cells of the ground along an edge, which keep the edges whose shadows may fall there.
+/// Number of ground cells along an edge. Each cell stores the silhouette edges whose shadows may fall there.
 const CELLS: usize = 64;
-/// Edges are cut off this share of the way to the lamp before a place.
+/// Edges are clipped at this share of the distance from the ground point to the lamp.
 const NEAR: f64 = 1e-6;
-/// Outward shadows reach over the whole ball: twice its radius on the lamp's disk.
+/// Outward shadows extend over the whole ball: twice its radius on the lamp's disk.
 const REACH: f64 = 2.0;
 
-/// A lamp's silhouettes over level ground.
+/// A lamp's silhouette edges over level ground.
 pub struct Wedges<'a> {
     world: &'a World,
     lamp_m: DVec3,
@@ -33,17 +34,17 @@ pub struct Wedges<'a> {
     of_cell: Vec<Vec<u32>>,
 }
 
-/// What a place sees of a lamp by each of the two methods.
+/// Visible share of a lamp from a point by each of the two methods.
 pub struct SeenShares {
-    /// By wedges.
+    /// Share by wedges.
     pub wedges: f64,
-    /// By shadows that grow outward alone.
+    /// Share by outward shadows.
     pub outward: f64,
 }
 
 impl<'a> Wedges<'a> {
-    /// The silhouettes that a ball's centre sees over the ground from (0, 0, 0) to a far corner; the ball itself does not stand in the
-    /// world, and nothing else reaches up to it.
+    /// Finds the silhouettes seen from a ball's centre over the ground from (0, 0, 0) to a far corner. The ball itself is not part
+    /// of the world's geometry, and nothing else reaches up to it.
     pub fn of(world: &'a World, lamp_m: DVec3, radius_m: f64, size_m: [f64; 2]) -> Wedges<'a> {
         let edges = silhouette(world, lamp_m);
         let mut of_cell = vec![Vec::new(); CELLS * CELLS];
@@ -64,7 +65,7 @@ impl<'a> Wedges<'a> {
         self.edges.len()
     }
 
-    /// What a place on the ground sees of the lamp.
+    /// Visible share of the lamp from a point on the ground.
     pub fn seen_from(&self, place_m: DVec3) -> SeenShares {
         let way_m = self.lamp_m - place_m;
         let distance_m = way_m.length();
@@ -73,7 +74,7 @@ impl<'a> Wedges<'a> {
         let hidden = self.solids_before_center(place_m, axis, distance_m);
         let (mut covered, mut nearest_m) = (f64::from(hidden), f64::INFINITY);
         for edge in self.edges_near(place_m) {
-            // As seen against the lamp's disk, in m there.
+            // Coordinates in m of the projection on the lamp's disk.
             let mut ends = edge.map(|end_m| end_m - place_m);
             let depth = |end_m: &DVec3| end_m.dot(axis) / distance_m;
             ends.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
@@ -95,8 +96,8 @@ impl<'a> Wedges<'a> {
         SeenShares { wedges: (1.0 - covered).clamp(0.0, 1.0), outward }
     }
 
-    /// Solids between a place and the lamp's centre, one for each lit face that the line crosses from within: what a stencil buffer
-    /// counts of shadow volumes.
+    /// Number of solids between a point and the lamp's centre: one for each back face that the line crosses. A stencil buffer
+    /// counts shadow volumes this way.
     fn solids_before_center(&self, place_m: DVec3, axis: DVec3, distance_m: f64) -> u32 {
         let tracer = &self.world.stage.tracer;
         let crossed = tracer.crossings(&tracer.side_origin(place_m, DVec3::Z), axis);
@@ -111,7 +112,7 @@ impl<'a> Wedges<'a> {
     }
 }
 
-/// Edges between a face that the lamp's centre lights and one that it does not, counter-clockwise about what is lit.
+/// Edges between a face lit by the lamp's centre and one that is not, counter-clockwise around the lit face.
 fn silhouette(world: &World, lamp_m: DVec3) -> Vec<[DVec3; 2]> {
     let key = |corner_m: DVec3| corner_m.to_array().map(f64::to_bits);
     let mut edges: HashMap<[[u64; 3]; 2], [DVec3; 2]> = HashMap::new();
@@ -123,7 +124,7 @@ fn silhouette(world: &World, lamp_m: DVec3) -> Vec<[DVec3; 2]> {
         }
         for k in 0..3 {
             let [from_m, to_m] = [corners_m[k], corners_m[(k + 1) % 3]];
-            // What two lit faces share, each has in its own sense.
+            // An edge shared by two lit faces occurs in both directions and cancels.
             if edges.remove(&[key(to_m), key(from_m)]).is_none() {
                 edges.insert([key(from_m), key(to_m)], [from_m, to_m]);
             }
@@ -134,7 +135,7 @@ fn silhouette(world: &World, lamp_m: DVec3) -> Vec<[DVec3; 2]> {
     edges.into_iter().map(|(_, edge)| edge).collect()
 }
 
-/// Low and high corner of the part of the ground on which an edge may hide something within a reach of the lamp's centre.
+/// Low and high corner of the ground area where an edge may hide something within `reach_m` of the lamp's centre.
 fn footprint(edge: &[DVec3; 2], lamp_m: DVec3, reach_m: f64) -> [DVec3; 2] {
     let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     for end_m in edge {
@@ -148,7 +149,8 @@ fn footprint(edge: &[DVec3; 2], lamp_m: DVec3, reach_m: f64) -> [DVec3; 2] {
     bounds_m
 }
 
-/// Of the part of a segment within a disk about the origin: the triangle with the middle less the sector, signed by the sense of turning.
+/// For the part of a segment inside a disk about the origin: its triangle with the centre minus its sector, with the sign of the
+/// direction of rotation.
 fn chord_less_arc_m2(a: [f64; 2], b: [f64; 2], radius_m: f64) -> f64 {
     let along = [b[0] - a[0], b[1] - a[1]];
     let square = along[0] * along[0] + along[1] * along[1];
@@ -167,7 +169,7 @@ fn chord_less_arc_m2(a: [f64; 2], b: [f64; 2], radius_m: f64) -> f64 {
     0.5 * (cross - radius_m * radius_m * angle)
 }
 
-/// Distance of the origin from a segment.
+/// Distance from the origin to a segment.
 fn distance_to_segment_m(a: [f64; 2], b: [f64; 2]) -> f64 {
     let along = [b[0] - a[0], b[1] - a[1]];
     let square = along[0] * along[0] + along[1] * along[1];
