@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3A};
 use luxmc::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::warp::uniform_sphere;
-use luxmc::scene::{Material, ReflectionLaw, Scene, Side, Surface};
+use luxmc::scene::{BsdfParameters, Material, Scene, Side, Surface};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
@@ -281,7 +281,7 @@ impl Mesh {
         Scene {
             title: String::new(),
             path: None,
-            materials: vec![Material { name: "grey".into(), law: ReflectionLaw::Diffuse { reflectance: 0.5 } }],
+            materials: vec![Material { name: "grey".into(), bsdf: BsdfParameters::Diffuse { reflectance: 0.5 } }],
             vertices_m: self.vertices_m,
             triangles: self.triangles,
             divisions: vec![1; triangles],

@@ -302,7 +302,7 @@ fn devices_and_folders_are_no_files() {
 }
 
 #[test]
-fn luminaires_outside_are_told_in_one_warning() {
+fn luminaires_outside_are_reported_in_one_warning() {
     let array = r#"{ "name": "a", "type": "point", "position": [1,1,9], "intensity_cd": 1, "columns": 500, "rows": 20, "u": [1,0,0], "v": [0,1,0] }"#;
     let scene = scene_from_json(&scene_text(&[(List::Luminaires, array)]), None, Path::new(".")).expect("valid");
     let told = scene.warnings.iter().filter(|warning| warning.contains("bounding box")).count();

@@ -68,28 +68,28 @@ pub struct AxisRectangle {
     /// Axis of its normal: 0, 1, 2 for x, y, z.
     pub axis: usize,
     /// Coordinate of its plane on that axis, m.
-    pub at: f64,
+    pub at_m: f64,
     /// Whether the normal points in the positive direction of the axis; otherwise it points in the negative direction.
     pub faces_up: bool,
     /// Stretches along the other two axes, in the axes' order. Each runs from its lower to its upper end, in m.
-    pub stretches: [[f64; 2]; 2],
+    pub stretches_m: [[f64; 2]; 2],
 }
 
 impl AxisRectangle {
     /// Area, m².
     pub fn area_m2(&self) -> f64 {
-        self.stretches.iter().map(|s| s[1] - s[0]).product()
+        self.stretches_m.iter().map(|s| s[1] - s[0]).product()
     }
 
     /// Returns the stretch along an axis other than the normal's.
     fn along(&self, axis: usize) -> [f64; 2] {
         let after = if axis > self.axis { axis - 1 } else { axis };
-        self.stretches[after]
+        self.stretches_m[after]
     }
 
     /// Returns the distances of a stretch's ends from this rectangle's plane, on its front side. The part behind the plane is cut off.
     fn in_front(&self, stretch: [f64; 2]) -> [f64; 2] {
-        let [a, b] = stretch.map(|x| if self.faces_up { x - self.at } else { self.at - x }.max(0.0));
+        let [a, b] = stretch.map(|x| if self.faces_up { x - self.at_m } else { self.at_m - x }.max(0.0));
         [a.min(b), a.max(b)]
     }
 }
@@ -108,12 +108,12 @@ impl AxisRectangle {
 /// ```
 pub fn exchange_m2(first: &AxisRectangle, second: &AxisRectangle) -> f64 {
     if first.axis == second.axis {
-        let gap = if first.faces_up { second.at - first.at } else { first.at - second.at };
+        let gap = if first.faces_up { second.at_m - first.at_m } else { first.at_m - second.at_m };
         if gap <= 0.0 || first.faces_up == second.faces_up {
             return 0.0;
         }
         let corner = |x: f64, y: f64, xi: f64, eta: f64| parallel_corner_m2((x - xi).abs(), (y - eta).abs(), gap);
-        return fourfold(first.stretches, second.stretches, corner).max(0.0);
+        return fourfold(first.stretches_m, second.stretches_m, corner).max(0.0);
     }
     let common = 3 - first.axis - second.axis;
     let one = [second.in_front(first.along(second.axis)), first.along(common)];
@@ -124,15 +124,15 @@ pub fn exchange_m2(first: &AxisRectangle, second: &AxisRectangle) -> f64 {
 
 /// Returns the form factor between two equal rectangles a × b that face each other at distance `c`. Inputs in m; the result has no unit.
 pub fn opposite_rectangles_factor(a: f64, b: f64, c: f64) -> f64 {
-    let floor = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, a], [0.0, b]] };
-    exchange_m2(&floor, &AxisRectangle { at: c, faces_up: false, ..floor }) / (a * b)
+    let floor = AxisRectangle { axis: 2, at_m: 0.0, faces_up: true, stretches_m: [[0.0, a], [0.0, b]] };
+    exchange_m2(&floor, &AxisRectangle { at_m: c, faces_up: false, ..floor }) / (a * b)
 }
 
 /// Returns the form factor from a rectangle `common` × `from` to a perpendicular one `common` × `to` that share an edge. Inputs in m; the
 /// result has no unit.
 pub fn adjacent_rectangles_factor(common: f64, from: f64, to: f64) -> f64 {
-    let floor = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, from], [0.0, common]] };
-    let wall = AxisRectangle { axis: 0, at: 0.0, faces_up: true, stretches: [[0.0, common], [0.0, to]] };
+    let floor = AxisRectangle { axis: 2, at_m: 0.0, faces_up: true, stretches_m: [[0.0, from], [0.0, common]] };
+    let wall = AxisRectangle { axis: 0, at_m: 0.0, faces_up: true, stretches_m: [[0.0, common], [0.0, to]] };
     exchange_m2(&floor, &wall) / (common * from)
 }
 
@@ -154,15 +154,15 @@ mod tests {
 
     #[test]
     fn arbitrary_rectangles_agree_with_integrated_polygons() {
-        let wall = AxisRectangle { axis: 1, at: 3.0, faces_up: false, stretches: [[0.5, 1.5], [0.5, 2.0]] };
-        let patch = AxisRectangle { axis: 2, at: -0.5, faces_up: true, stretches: [[0.2, 2.0], [-1.0, 1.0]] };
-        let ceiling = AxisRectangle { axis: 2, at: 1.5, faces_up: false, stretches: [[-1.0, 0.7], [0.3, 0.9]] };
+        let wall = AxisRectangle { axis: 1, at_m: 3.0, faces_up: false, stretches_m: [[0.5, 1.5], [0.5, 2.0]] };
+        let patch = AxisRectangle { axis: 2, at_m: -0.5, faces_up: true, stretches_m: [[0.2, 2.0], [-1.0, 1.0]] };
+        let ceiling = AxisRectangle { axis: 2, at_m: 1.5, faces_up: false, stretches_m: [[-1.0, 0.7], [0.3, 0.9]] };
         let corners_of = |r: &AxisRectangle| {
-            let [u, v] = r.stretches;
+            let [u, v] = r.stretches_m;
             let place = |u: f64, v: f64| match r.axis {
-                0 => DVec3::new(r.at, u, v),
-                1 => DVec3::new(u, r.at, v),
-                _ => DVec3::new(u, v, r.at),
+                0 => DVec3::new(r.at_m, u, v),
+                1 => DVec3::new(u, r.at_m, v),
+                _ => DVec3::new(u, v, r.at_m),
             };
             // (u, v) run counter-clockwise as seen from the positive side of the axis. For y they run clockwise, because its two axes are
             // swapped.

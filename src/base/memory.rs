@@ -107,7 +107,7 @@ fn leave() -> ! {
 }
 
 /// Returns the allocated pointer; ends the process if it is null.
-fn told(place: *mut u8) -> *mut u8 {
+fn counted(place: *mut u8) -> *mut u8 {
     if place.is_null() { end() } else { place }
 }
 
@@ -118,7 +118,7 @@ unsafe impl GlobalAlloc for CountedMemory {
             end();
         }
         // SAFETY: the layout is the caller's.
-        told(unsafe { System.alloc(layout) })
+        counted(unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
@@ -126,7 +126,7 @@ unsafe impl GlobalAlloc for CountedMemory {
             end();
         }
         // SAFETY: the layout is the caller's.
-        told(unsafe { System.alloc_zeroed(layout) })
+        counted(unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
@@ -144,6 +144,6 @@ unsafe impl GlobalAlloc for CountedMemory {
             give_back(layout.size() - new_size);
         }
         // SAFETY: the system's allocator returned `place` for this layout.
-        told(unsafe { System.realloc(place, layout, new_size) })
+        counted(unsafe { System.realloc(place, layout, new_size) })
     }
 }

@@ -29,7 +29,7 @@ pub enum Outside {
 
 impl Outside {
     /// Returns the reason as text.
-    pub fn says(self) -> &'static str {
+    pub fn explanation(self) -> &'static str {
         match self {
             Outside::Behind => "beside or behind the observer",
             Outside::Below => "below the line of sight",
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_of_the_table_is_told() {
+    fn what_lies_outside_of_the_table_is_reported() {
         assert_eq!(at(0.0, 1.75), Err(Outside::Above));
         assert_eq!(at(0.3, 1.75), Err(Outside::Above));
         assert_eq!(at(2.0, 1.95), Err(Outside::Above));

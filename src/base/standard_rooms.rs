@@ -122,8 +122,8 @@ impl StandardRoom {
     /// are the transfer factors F_T,FW, F_T,WW − 1 and F_T,CW of CIE 190, table 5. They agree with the table to within its rounding.
     pub fn transfer_per_m2(&self, reflectances: [f64; 3]) -> [f64; 3] {
         let [x_m, y_m] = self.size_h.map(|side_h| side_h * HEIGHT_M);
-        let plane = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, x_m], [0.0, y_m]] };
-        let ceiling = AxisRectangle { axis: 2, at: HEIGHT_M, faces_up: false, ..plane };
+        let plane = AxisRectangle { axis: 2, at_m: 0.0, faces_up: true, stretches_m: [[0.0, x_m], [0.0, y_m]] };
+        let ceiling = AxisRectangle { axis: 2, at_m: HEIGHT_M, faces_up: false, ..plane };
         let floor_m2 = plane.area_m2();
         let walls_m2 = self.walls_m2();
         let across = exchange_m2(&plane, &ceiling) / floor_m2;

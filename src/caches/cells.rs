@@ -282,7 +282,7 @@ mod tests {
     /// Cells of 16³ cubes, eight octants, three normals and three levels, 294,912 in all: no two have the same fingerprint. If the cube
     /// numbers are combined with the bits of the kind unmixed (the planted fault), most have.
     #[test]
-    fn cells_that_differ_in_place_octant_normal_or_level_are_told_apart() {
+    fn cells_that_differ_in_place_octant_normal_or_level_are_distinguished() {
         let mut keys = Vec::new();
         for place in 0..16 * 16 * 16 {
             for kind in 0..8 * 3 * 3 {

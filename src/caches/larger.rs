@@ -11,7 +11,7 @@ pub struct LargerCells {
     /// Grid of these cells, in a table of their own: most cells that rays look up have no samples and would slow the search.
     grid: CellGrid,
     /// Light of each cell in lx: its own if it has samples itself, else the mean of all samples within it.
-    told_lx: Vec<f32>,
+    gathered_lx: Vec<f32>,
     /// Mean light of all samples in lx, used if no larger cell has samples either.
     usual_lx: f32,
 }
@@ -19,7 +19,7 @@ pub struct LargerCells {
 impl LargerCells {
     /// Builds the larger cells from the cells that have samples: number of the cell, number of its samples, and its light in lx.
     pub fn of(grid: &CellGrid, sampled: impl Iterator<Item = (u32, u16, f32)>) -> LargerCells {
-        let mut held = LargerCells { grid: grid.emptied(), told_lx: Vec::new(), usual_lx: 0.0 };
+        let mut held = LargerCells { grid: grid.emptied(), gathered_lx: Vec::new(), usual_lx: 0.0 };
         let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); grid.levels()];
         // Sum of light over the samples within, and the number of samples.
         let (mut sums, mut whole) = (Vec::new(), [0.0; 2]);
@@ -28,7 +28,7 @@ impl LargerCells {
             let own = [f64::from(count) * f64::from(lx), f64::from(count)];
             by_level[key.level() as usize].push(held.grid.cell(key));
             sums.push(own);
-            held.told_lx.push(lx);
+            held.gathered_lx.push(lx);
             add(&mut whole, own);
         }
         let with_own = sums.len();
@@ -46,14 +46,14 @@ impl LargerCells {
                 add(&mut sums[above as usize], own);
             }
         }
-        held.told_lx.extend(sums[with_own..].iter().map(|sum| mean_lx(*sum)));
+        held.gathered_lx.extend(sums[with_own..].iter().map(|sum| mean_lx(*sum)));
         held.usual_lx = mean_lx(whole);
         held
     }
 
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        self.grid.bytes() + bytes_of_list(&self.told_lx)
+        self.grid.bytes() + bytes_of_list(&self.gathered_lx)
     }
 
     /// Light of a cell without samples, in lx: that of the smallest cell with samples that contains it.
@@ -61,7 +61,7 @@ impl LargerCells {
         let mut at = Some(key);
         while let Some(key) = at {
             if let Some(cell) = self.grid.find(key) {
-                return self.told_lx[cell as usize];
+                return self.gathered_lx[cell as usize];
             }
             at = self.grid.above(key);
         }

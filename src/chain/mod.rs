@@ -2,7 +2,7 @@
 
 mod choice;
 mod mirrors;
-mod near_lights;
+mod near_luminaires;
 mod patience;
 mod roulette;
 mod selection_by_cell;
@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_lights::{LitSpot, LookBack, LookedBack, NearLights, median_distance_m};
+pub use near_luminaires::{ConnectionStart, LitSpot, NearLuminaires, PacketConnection, median_distance_m};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
@@ -43,7 +43,7 @@ pub struct Stage {
     /// The same for many small cubes of space, after a run has found it worthwhile: docs/methods.md (41).
     selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
-    pub near_lights: Option<NearLights>,
+    pub near_luminaires: Option<NearLuminaires>,
     /// Decisions of walks that are left to chance.
     pub roulette: Roulette,
     /// Classes of paths that walks cannot find, in words. Chains find all of them.
@@ -131,12 +131,12 @@ impl Stage {
                 }
             })
             .collect();
-        let bsdfs: Vec<Bsdf> = scene.materials.iter().map(|material| Bsdf::new(&material.law)).collect();
+        let bsdfs: Vec<Bsdf> = scene.materials.iter().map(|material| Bsdf::new(&material.bsdf)).collect();
         let is_used = |bsdf: &dyn Fn(&Bsdf) -> bool| {
             triangles.iter().any(|triangle: &TriangleOptics| bsdf(&bsdfs[triangle.bsdf as usize]))
         };
         let has_panes = is_used(&|bsdf| matches!(bsdf, Bsdf::Glass(_)));
-        let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.bsdf as usize].law.has_lobe());
+        let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.bsdf as usize].bsdf.has_lobe());
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &bsdfs, &emitters);
         let mut stage = Stage {
@@ -147,7 +147,7 @@ impl Stage {
             mirrors,
             selection_by_region: SelectionByRegion::default(),
             selection_by_cell: OnceLock::new(),
-            near_lights: None,
+            near_luminaires: None,
             roulette: Roulette::default(),
             paths_not_found: mirrors::not_found(&left_out),
             patience: Patience::default(),
@@ -159,7 +159,7 @@ impl Stage {
         };
         unlit::mark_unlit(scene, &mut stage);
         stage.selection_by_region = SelectionByRegion::of(scene, &stage);
-        stage.near_lights = NearLights::of(&stage);
+        stage.near_luminaires = NearLuminaires::of(&stage);
         stage
     }
 
@@ -189,7 +189,7 @@ impl Stage {
 
     /// Rays spent on learning what is visible, before the run and in it.
     pub fn selection_rays(&self) -> u64 {
-        let near_rays = self.near_lights.as_ref().map_or(0, NearLights::rays);
+        let near_rays = self.near_luminaires.as_ref().map_or(0, NearLuminaires::rays);
         let by_cell_rays = self.selection_by_cell().map_or(0, SelectionByCell::rays);
         self.selection_by_region.rays() + by_cell_rays + near_rays + self.roulette.pilot_rays
     }
@@ -262,7 +262,7 @@ impl Stage {
     /// Whether an emitter lights surfaces from nearby.
     #[inline]
     pub fn is_near(&self, emitter: u32) -> bool {
-        self.near_lights.as_ref().is_some_and(|lights| lights.is_near(emitter))
+        self.near_luminaires.as_ref().is_some_and(|lights| lights.is_near(emitter))
     }
 
     /// Whether light passes panes of glass anywhere.

@@ -11,8 +11,8 @@ const USUAL_SAFE_WEIGHT: f64 = 0.4;
 pub struct Roulette {
     /// A walk whose next weight is at least this always continues. A lighter walk continues by chance, and a survivor has this weight.
     pub safe_weight: f64,
-    /// Probability in (0, 1] of a light-path connection (look back) at each vertex.
-    pub look_back_chance: f64,
+    /// Probability in (0, 1] of a light-path connection at each vertex.
+    pub connection_chance: f64,
     /// Ratio of the surfaces that a walk meets to those that it would meet if each surface ended it by its absorptance.
     pub longer: f64,
     /// Rays spent on finding these values.
@@ -32,6 +32,6 @@ impl Roulette {
 
 impl Default for Roulette {
     fn default() -> Roulette {
-        Roulette { safe_weight: USUAL_SAFE_WEIGHT, look_back_chance: 1.0, longer: 1.0, pilot_rays: 0 }
+        Roulette { safe_weight: USUAL_SAFE_WEIGHT, connection_chance: 1.0, longer: 1.0, pilot_rays: 0 }
     }
 }

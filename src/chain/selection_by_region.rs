@@ -147,8 +147,8 @@ impl Stage {
                 look.unshadowed_lx * self.seen_share(&look, origin)
             });
             found.looks += 1;
-            found.rest = rest;
-            *(if lx > 0.0 { &mut found.seen } else { &mut found.hidden }) += importance;
+            found.rest_lx = rest;
+            *(if lx > 0.0 { &mut found.seen_lx } else { &mut found.hidden_lx }) += importance;
             show(index, lx);
             !enough(&found)
         });
@@ -198,11 +198,11 @@ fn halve<'a>(scene: &Scene, spots: &'a mut [TriangleSide], most: usize, parts: &
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightInSight {
     /// Sum of the importance of emitters that were seen, in lx.
-    pub seen: f64,
+    pub seen_lx: f64,
     /// Sum of the importance of emitters that were hidden, in lx.
-    pub hidden: f64,
+    pub hidden_lx: f64,
     /// Sum of the importance of emitters that were not sampled, in lx.
-    pub rest: f64,
+    pub rest_lx: f64,
     /// Number of emitters that were sampled.
     pub looks: u64,
     /// Rays traced.
@@ -212,12 +212,12 @@ pub struct LightInSight {
 impl LightInSight {
     /// Whether nearly all importance that was sampled is hidden. A choice by unshadowed light then needs help.
     pub fn is_mostly_hidden(&self) -> bool {
-        self.hidden > HIDDEN * (self.hidden + self.seen)
+        self.hidden_lx > HIDDEN * (self.hidden_lx + self.seen_lx)
     }
 
     /// Whether the unsampled rest is negligible beside what is visible.
     pub fn has_little_rest(&self) -> bool {
-        self.rest <= REST * self.seen
+        self.rest_lx <= REST * self.seen_lx
     }
 }
 
@@ -255,15 +255,15 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> 
     let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &LightInSight| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
+        let enough = |found: &LightInSight| found.seen_lx >= found.rest_lx || found.looks >= FIRST_LOOKS;
         let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
-        let may_find = found.seen + found.rest > 0.0;
+        let may_find = found.seen_lx + found.rest_lx > 0.0;
         most_is_hidden |= may_find && found.is_mostly_hidden();
-        if found.seen > 0.0 {
-            light[0] += found.seen / (found.seen + found.hidden);
-            light[1] += found.hidden / (found.seen + found.hidden);
+        if found.seen_lx > 0.0 {
+            light[0] += found.seen_lx / (found.seen_lx + found.hidden_lx);
+            light[1] += found.hidden_lx / (found.seen_lx + found.hidden_lx);
         }
     }
     if !most_is_hidden {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
-use super::insides::SolidsAsked;
+use super::insides::SolidLookup;
 use super::shells::{Shell, bounds_m};
 use super::straight::{FirstMet, MOST_LOOKS, first_met};
 use super::warnings::names;
@@ -135,7 +135,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let places: Vec<(&Luminaire, DVec3)> =
         scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, luminaire.emission.place_m()?))).collect();
     let places_m: Vec<DVec3> = places.iter().map(|(_, place_m)| *place_m).collect();
-    let (held, _) = SolidsAsked::of(shells, size_m).holding(&places_m);
+    let (held, _) = SolidLookup::of(shells, size_m).holding(&places_m);
     if held.len() < places.len() {
         advice.push(format!(
             "{} of {} luminaires were not looked at, whether they stand inside of solids: there are too many solids about them",
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn every_classic_mistake_is_told_once() {
+    fn every_classic_mistake_is_reported_once() {
         for (luminaire, words) in [
             (spot("a", "[2,2,2.95]", r#""maintenance_factor": 0.8, "aim": [0,0,1]"#), "aimed upward"),
             (spot("a", "[2,2,3.1]", r#""maintenance_factor": 0.8"#), "back of a one-sided surface"),
@@ -294,9 +294,9 @@ mod tests {
                 "was it forgotten there",
             ),
         ] {
-            let told: Vec<String> =
+            let warned: Vec<String> =
                 warnings(&luminaire).into_iter().filter(|warning| warning.contains(words)).collect();
-            assert_eq!(told.len(), 1, "{words}: {told:?}");
+            assert_eq!(warned.len(), 1, "{words}: {warned:?}");
         }
     }
 
@@ -321,14 +321,14 @@ mod tests {
                 "receivers": [ {{ "name": "g", "type": "grid", "origin": {origin}, "u": {u}, "v": [0,1,0], "columns": 3, "rows": 1 }} ] }}"#
             );
             let warnings = scene_from_json(&text, None, Path::new(".")).expect("a valid scene").warnings;
-            let told: Vec<&String> = warnings.iter().filter(|warning| warning.contains("outside")).collect();
-            assert_eq!(told.len(), usize::from(words.is_some()), "{told:?}");
-            assert!(words.is_none_or(|words| told[0].contains(words)), "{told:?}");
+            let warned: Vec<&String> = warnings.iter().filter(|warning| warning.contains("outside")).collect();
+            assert_eq!(warned.len(), usize::from(words.is_some()), "{warned:?}");
+            assert!(words.is_none_or(|words| warned[0].contains(words)), "{warned:?}");
         }
     }
 
     #[test]
-    fn a_grid_that_looks_at_the_floor_is_told() {
+    fn a_grid_that_looks_at_the_floor_is_reported() {
         for (v, count) in [("[0,1,0]", 0), ("[0,-1,0]", 1)] {
             let text = format!(
                 r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn metres_that_are_called_millimetres_are_told() {
+    fn metres_that_are_called_millimetres_are_reported() {
         let text = r#"{ "version": 1, "length_unit": "mm", "materials": { "white": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [8,6,3], "facing": "inward", "material": "white" } ],
             "luminaires": [ { "name": "a", "type": "point", "position": [4,3,2], "intensity_cd": 1, "maintenance_factor": 0.8 } ],

@@ -130,13 +130,13 @@ mod tests {
     }
 
     #[test]
-    fn openings_that_a_surface_cuts_are_told_with_the_surface_and_the_depth() {
+    fn openings_that_a_surface_cuts_are_reported_with_the_surface_and_the_depth() {
         // Turned by 30° about y in the plane of the ceiling, half of it extends up to 0.3 m · sin 30° behind the ceiling.
-        let told = warnings(r#""position": [2,2,3], "aim": [0.5,0,-0.8660254037844386]"#);
-        assert_eq!(told.len(), 1);
-        assert!(told[0].contains("troffer: ") && told[0].contains("\"room/ceiling\", up to 150 mm"), "{told:?}");
-        let told = warnings(r#""position": [0.1,2,2.5]"#);
-        assert!(told.len() == 1 && told[0].contains("\"room/x_min\", up to 200 mm"), "{told:?}");
+        let warned = warnings(r#""position": [2,2,3], "aim": [0.5,0,-0.8660254037844386]"#);
+        assert_eq!(warned.len(), 1);
+        assert!(warned[0].contains("troffer: ") && warned[0].contains("\"room/ceiling\", up to 150 mm"), "{warned:?}");
+        let warned = warnings(r#""position": [0.1,2,2.5]"#);
+        assert!(warned.len() == 1 && warned[0].contains("\"room/x_min\", up to 200 mm"), "{warned:?}");
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub(super) fn fit_openings(scene: &mut Scene) {
     let fitted: Vec<Option<Fitted>> = scene.luminaires.par_iter().map(|luminaire| fitted(scene, luminaire)).collect();
     let mut deepest_m = 0.0f64;
     let mut surfaces: Vec<String> = Vec::new();
-    let mut told: Vec<usize> = Vec::new();
+    let mut trimmed: Vec<usize> = Vec::new();
     for (index, fitted) in fitted.into_iter().enumerate() {
         let Some(fitted) = fitted else { continue };
         if let Emission::Photometric { position_m, opening, .. } = &mut scene.luminaires[index].emission {
@@ -50,19 +50,19 @@ pub(super) fn fit_openings(scene: &mut Scene) {
             if !surfaces.contains(&surface) {
                 surfaces.push(surface);
             }
-            told.push(index);
+            trimmed.push(index);
         }
     }
-    if told.is_empty() {
+    if trimmed.is_empty() {
         return;
     }
-    let its = if told.len() == 1 { "its luminous box reaches" } else { "their luminous boxes reach" };
+    let its = if trimmed.len() == 1 { "its luminous box reaches" } else { "their luminous boxes reach" };
     let message = format!(
         "{}: {its} up to {:.0} mm behind {} and shine{} with the part in front alone, which sends all of the flux",
-        names(told.iter().map(|index| &scene.luminaires[*index])),
+        names(trimmed.iter().map(|index| &scene.luminaires[*index])),
         1000.0 * deepest_m,
         listed(surfaces.iter().map(String::as_str)),
-        if told.len() == 1 { "s" } else { "" }
+        if trimmed.len() == 1 { "s" } else { "" }
     );
     scene.warnings.push(message);
 }

@@ -53,15 +53,15 @@ impl<'s> ByPlace<'s> {
 }
 
 /// The closed solids and rooms of a scene, prepared for the question which points lie inside of solids.
-pub(super) struct SolidsAsked<'s> {
+pub(super) struct SolidLookup<'s> {
     by_place: ByPlace<'s>,
     tolerance_m: f64,
 }
 
-impl<'s> SolidsAsked<'s> {
+impl<'s> SolidLookup<'s> {
     /// `shells` must be closed.
-    pub fn of(shells: &'s [Shell], scene_size_m: f64) -> SolidsAsked<'s> {
-        SolidsAsked { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
+    pub fn of(shells: &'s [Shell], scene_size_m: f64) -> SolidLookup<'s> {
+        SolidLookup { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
     }
 
     /// Returns for each point whether it lies inside of a closed solid, and the number of steps that this took. If the budget ends, as with
@@ -176,16 +176,16 @@ impl<'s> Enclosures<'s> {
         let luminaires = &self.scene.luminaires;
         let mut budget = Budget::of_steps(STEPS + STEPS_A_POINT * luminaires.len() as u64);
         // The answer at a point holds for all points nearer than the nearest shell. Rows of luminaires therefore need only a few tests.
-        let (mut told_at_m, mut clear_m) = (DVec3::ZERO, 0.0);
+        let (mut tested_at_m, mut clear_m) = (DVec3::ZERO, 0.0);
         let starts = luminaires.iter().flat_map(|luminaire| self.starts_m(&luminaire.emission));
         for start_m in starts {
-            if start_m.distance(told_at_m) >= clear_m {
+            if start_m.distance(tested_at_m) >= clear_m {
                 if !self.is_shut_in(start_m, &mut budget) {
                     return false;
                 }
                 let shells = self.by_place.shells.iter();
                 clear_m = shells.map(|shell| shell.clear_m(start_m, &mut budget)).fold(f64::INFINITY, f64::min);
-                told_at_m = start_m;
+                tested_at_m = start_m;
             }
         }
         true
@@ -245,6 +245,6 @@ pub fn all_luminaires_are_shut_in(scene: &Scene) -> bool {
 fn lets_light_through(scene: &Scene, shell: &Shell) -> bool {
     shell.triangles.iter().any(|triangle| {
         let material = scene.surface_of(*triangle).material;
-        scene.materials[material as usize].law.lets_through()
+        scene.materials[material as usize].bsdf.lets_through()
     })
 }

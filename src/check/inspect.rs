@@ -242,7 +242,7 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
     let material = &scene.materials[surface.material as usize];
     let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
     let range = elements.of_surface(scene, id);
-    let [reflectance, transmittance] = material.law.shares_at_normal_incidence();
+    let [reflectance, transmittance] = material.bsdf.shares_at_normal_incidence();
     InspectedSurface {
         name: surface.name.clone(),
         geometry: surface.geometry.clone(),

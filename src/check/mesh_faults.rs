@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panel_in_a_closed_room_is_no_hole_and_a_fin_on_an_edge_is_told() {
+    fn a_panel_in_a_closed_room_is_no_hole_and_a_fin_on_an_edge_is_reported() {
         let panel =
             r#", { "name": "p", "type": "rectangle", "origin": [1,1,1], "u": [1,0,0], "v": [0,1,0], "material": "m" }"#;
         assert!(faults(&format!("{}{panel}", ceiling("c", 0.0, 4.0))).is_empty());

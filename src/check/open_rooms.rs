@@ -38,7 +38,7 @@ impl<'s> OpenRooms<'s> {
     pub fn of(scene: &'s Scene, shells: &[Shell], vertex_of: &'s [u32], budget: &mut Budget) -> OpenRooms<'s> {
         let lets_through = |triangle: &u32| {
             let material = scene.surface_of(*triangle).material;
-            scene.materials[material as usize].law.lets_through()
+            scene.materials[material as usize].bsdf.lets_through()
         };
         let is_open = |shell: &Shell| !shell.closed && !shell.triangles.iter().any(lets_through);
         let open: Vec<u32> = (0u32..).zip(shells).filter(|(_, shell)| is_open(shell)).map(|(id, _)| id).collect();

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::advice::advise;
 use super::fitted_openings::fit_openings;
-use super::insides::SolidsAsked;
+use super::insides::SolidLookup;
 use super::inspect::{Inspection, inspect};
 use super::mesh_faults::{MESH, warn_of_faults, warnings_of};
 use super::overlaps::{overlaps, overlaps_budget};
@@ -114,7 +114,7 @@ fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
 }
 
 fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
-    let solids = SolidsAsked::of(shells, size_m(scene));
+    let solids = SolidLookup::of(shells, size_m(scene));
     let places_m = scene.receivers.iter().flat_map(|set| {
         let eyes_m = set.observers.iter().map(|observer| observer.eye_m);
         set.placed_points().iter().map(|point| point.position_m).chain(eyes_m)

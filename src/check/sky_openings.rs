@@ -8,14 +8,14 @@ use rayon::prelude::*;
 
 use super::box_tree::Budget;
 use super::faults::{MeshFaults, RimEdge};
-use super::insides::SolidsAsked;
+use super::insides::SolidLookup;
 use super::mesh_faults::{lies_in_a_plane, lines_of};
 use super::shells::{Shell, bounds_m, one_vertex_a_place, plain_shells_over, sorted_edges};
 use super::straight::first_met;
 use super::t_junctions::closed_at_t_junctions;
 use crate::base::solid_angle::signed_triangle_solid_angle_sr;
 use crate::scene::openings::{FLAT, area_m2, crossed_at_m, normal};
-use crate::scene::{Emission, Openings, ReflectionLaw, Scene, triangulate};
+use crate::scene::{BsdfParameters, Emission, Openings, Scene, triangulate};
 
 /// Largest number of openings, because each light sample tests them all. The sky behind further openings is sampled as for the open air.
 const MOST_OPENINGS: usize = 256;
@@ -53,7 +53,7 @@ fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
         }
         _ => Vec::new(),
     };
-    let are_all = pieces.shut_in(scene, &fronts_m, FLAT * size_m, &SolidsAsked::of(solids, size_m));
+    let are_all = pieces.shut_in(scene, &fronts_m, FLAT * size_m, &SolidLookup::of(solids, size_m));
     Openings { fronts_m, are_all, center_m, radius_m }
 }
 
@@ -83,8 +83,8 @@ pub(super) fn find_openings(scene: &mut Scene, solids: &[Shell]) {
 }
 
 fn is_pane(scene: &Scene, triangle: u32) -> bool {
-    let law = &scene.materials[scene.surface_of(triangle).material as usize].law;
-    matches!(law, ReflectionLaw::Glass { .. }) && law.lets_through()
+    let bsdf = &scene.materials[scene.surface_of(triangle).material as usize].bsdf;
+    matches!(bsdf, BsdfParameters::Glass { .. }) && bsdf.lets_through()
 }
 
 /// Returns the triangle turned so that its front faces away from the side that sees more of the sky; `None` if neither side sees any.
@@ -145,7 +145,7 @@ impl Pieces {
     }
 
     /// Whether closed surfaces, including the openings, lie around everything that receives light.
-    fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &SolidsAsked) -> bool {
+    fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &SolidLookup) -> bool {
         // Each wall with the number of its triangle; openings have none.
         let mut walls: Vec<([DVec3; 3], Option<u32>)> = fronts_m.iter().map(|corners_m| (*corners_m, None)).collect();
         let mut places: Vec<(DVec3, Option<u32>)> = Vec::new();

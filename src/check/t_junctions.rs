@@ -52,7 +52,7 @@ pub(super) fn closed_at_t_junctions(
         stands_for.push(if first < rank { stands_for[first] } else { rank });
     }
     let mut junctions: Vec<(u32, u32)> = Vec::new();
-    let mut told: HashSet<usize> = HashSet::new();
+    let mut reported: HashSet<usize> = HashSet::new();
     let mut pieces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for RimEdge { ends, triangle } in &rim {
         let [from, to] = ends.map(|end| stands_for[rank_of(end)]);
@@ -75,7 +75,7 @@ pub(super) fn closed_at_t_junctions(
             return ClosedRim { open: rim, joined: Vec::new() };
         }
         stops.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
-        let new = stops.iter().filter(|(_, rank)| told.insert(*rank));
+        let new = stops.iter().filter(|(_, rank)| reported.insert(*rank));
         junctions.extend(new.map(|(_, rank)| (vertices[*rank], *triangle)));
         let mut before = from;
         for next in stops.into_iter().map(|(_, rank)| rank).chain([to]) {

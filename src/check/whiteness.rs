@@ -195,7 +195,7 @@ impl<'s> Search<'s> {
 
 /// Returns the share of the light on a surface's front that the surface absorbs.
 fn absorbed_by(scene: &Scene, surface: &Surface) -> f64 {
-    1.0 - scene.materials[surface.material as usize].law.returned_share()
+    1.0 - scene.materials[surface.material as usize].bsdf.returned_share()
 }
 
 /// An area, and how much of it absorbs.

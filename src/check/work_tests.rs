@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::box_tree::Budget;
-use super::insides::{ON_SURFACE, SolidsAsked};
+use super::insides::{ON_SURFACE, SolidLookup};
 use super::overlaps::{overlaps, overlaps_budget};
 use super::shells::{self, Shell};
 use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json};
@@ -140,7 +140,7 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
     assert!(budget.taken() <= MOST_STEPS + MOST_STEPS_EACH * 20_000, "{} steps", budget.taken());
 
     // The smallest shell decides for a point in all of them. Points in all boxes but in no shell take longer.
-    let solids = SolidsAsked::of(&shells, size_m);
+    let solids = SolidLookup::of(&shells, size_m);
     let (inside, steps) = solids.holding(&[DVec3::ZERO]);
     assert!(inside == [true] && steps < 300_000, "{inside:?}, {steps} steps");
     let beside: Vec<DVec3> = (0..4000).map(|number| DVec3::splat(-1.0 - 1e-4 * f64::from(number))).collect();
@@ -156,7 +156,7 @@ fn a_great_many_points_among_many_shells_take_few_looks_each() {
         let shells = closed_shells_of_geometries(&scene);
         assert_eq!(shells.len(), 300);
         let size_m = shells::size_m(&scene);
-        let solids = SolidsAsked::of(&shells, size_m);
+        let solids = SolidLookup::of(&shells, size_m);
         let row = (0..300_000).map(|number| DVec3::new(-1.2 + 8e-6 * f64::from(number), 0.11, 0.07));
         let block = (0..27_000).map(|number| {
             let [x, y, z] = [number % 30, number / 30 % 30, number / 900].map(|place| -1.1 + 0.07 * f64::from(place));
@@ -195,7 +195,7 @@ fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_g
     let scene = scene_of(&(0..20_000).map(shell).collect::<String>());
     let shells = closed_shells_of_geometries(&scene);
     assert_eq!(shells.len(), 20_000);
-    let solids = SolidsAsked::of(&shells, shells::size_m(&scene));
+    let solids = SolidLookup::of(&shells, shells::size_m(&scene));
     let points_m: Vec<DVec3> = (0..4000).map(|number| DVec3::new(1e-4 * f64::from(number), 0.1, 0.0)).collect();
     let (inside, steps) = solids.holding(&points_m);
     assert!((64..2000).contains(&inside.len()) && !inside.contains(&true), "{} of 4000", inside.len());

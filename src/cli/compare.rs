@@ -154,7 +154,7 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
 
 /// Runs the studies that the names select, each once.
 fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Findings>, Failure> {
-    let is_asked =
+    let is_requested =
         |study: &&Study| names.iter().any(|name| studies_named(name).iter().any(|other| other.name == study.name));
     let run = |study: &Study| {
         let mut tell = |line: &str| {
@@ -167,5 +167,5 @@ fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Fin
             .map(|found| found.marked(arguments.quick))
             .map_err(|why| Failure::Study { name: study.name, why })
     };
-    STUDIES.iter().filter(is_asked).map(run).collect()
+    STUDIES.iter().filter(is_requested).map(run).collect()
 }

@@ -76,8 +76,8 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
     // Faults of the scene are reported at once. The file is written in any case, since the user will edit it.
     let mut checked = scene_from_json(&text, Some(out), folder);
     if let Ok(scene) = &mut checked {
-        let is_told = |warning: &String| warning.starts_with(&format!("{STAND_IN}: {BURIED}"));
-        if let Some(place) = scene.warnings.iter().position(is_told) {
+        let is_reported = |warning: &String| warning.starts_with(&format!("{STAND_IN}: {BURIED}"));
+        if let Some(place) = scene.warnings.iter().position(is_reported) {
             scene.warnings.remove(place);
             proposal.put_the_stand_in_beside();
             text = format!("{:#}\n", proposal.scene_file(&title));
@@ -124,14 +124,14 @@ fn name_from(folder: &Path, model: &Path) -> String {
 
 fn table(materials: &[ProposedMaterial]) -> String {
     let rows = materials.iter().map(|material| {
-        vec![material.name.clone(), material.surfaces.to_string(), words(&material.law), material.known.clone()]
+        vec![material.name.clone(), material.surfaces.to_string(), words(&material.bsdf), material.known.clone()]
     });
     text_table(&["material", "surfaces", "in the scene", "known"], &[0, 2, 3], rows)
 }
 
 /// Describes a material's keys in one line.
-fn words(law: &Value) -> String {
-    let Some(keys) = law.as_object() else { return String::new() };
+fn words(bsdf: &Value) -> String {
+    let Some(keys) = bsdf.as_object() else { return String::new() };
     let word = |(key, value): (&String, &Value)| match value {
         Value::String(text) => text.clone(),
         other => {

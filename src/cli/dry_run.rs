@@ -28,9 +28,9 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
         targets.push(target);
         targets.sort_by(|a, b| b.total_cmp(a));
     }
-    let asked_for = |piloted: &Method| *piloted == settings.method || method == MethodChoice::AUTO;
+    let requested = |piloted: &Method| *piloted == settings.method || method == MethodChoice::AUTO;
     let methods: Vec<Method> =
-        PILOTED.into_iter().filter(asked_for).filter(|of| applies(*of, scene, settings)).collect();
+        PILOTED.into_iter().filter(requested).filter(|of| applies(*of, scene, settings)).collect();
     let watcher = Watcher::new(started, true, None);
     let expected = expectations(scene, settings, &methods, &targets, &watcher);
     if expected.is_empty() {
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_is_told_in_one_line_with_its_intervals() {
+    fn a_run_is_reported_in_one_line_with_its_intervals() {
         let expected = Expectation {
             method: Method::Gather,
             engines: vec!["gather", "walk"],

@@ -189,7 +189,7 @@ fn run_harmonics(arguments: &NewArguments) -> Outcome {
     };
     let body = fitted_body(mesh, arguments.degree.unwrap_or(USUAL_DEGREE))?;
     let outcome = write_project(out, body.files)?;
-    console::result(&body.told)?;
+    console::result(&body.description)?;
     Ok(outcome)
 }
 

@@ -18,7 +18,7 @@ pub struct FittedBody {
     /// The scene file comes first.
     pub files: Vec<(String, Vec<u8>)>,
     /// Table of the fit.
-    pub told: String,
+    pub description: String,
 }
 
 /// Fits a body of a degree to a mesh.
@@ -57,10 +57,10 @@ pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
         (format!("{stem}.json"), scene_text(&fit, &format!("{stem}.csv")).into_bytes()),
         (format!("{stem}.csv"), series_file(&fit.series).into_bytes()),
     ];
-    Ok(FittedBody { files, told: told(&fit, scene.triangles.len()) })
+    Ok(FittedBody { files, description: description(&fit, scene.triangles.len()) })
 }
 
-fn told(fit: &HarmonicFit, faces: usize) -> String {
+fn description(fit: &HarmonicFit, faces: usize) -> String {
     let of_radius = |length_m: f64| format!("{length_m:.6} m ({:.3}%)", 100.0 * length_m / fit.mean_radius_m);
     let rows = [
         ("faces of the mesh", faces.to_string()),

@@ -58,10 +58,10 @@ mod tests {
 
     /// Work that waits for its messages does end, and no message follows its end.
     #[test]
-    fn long_work_is_told_of_until_it_ends() {
-        let (told, heard) = channel();
+    fn long_work_is_reported_of_until_it_ends() {
+        let (sender, heard) = channel();
         let tell = move || {
-            told.send(()).ok();
+            sender.send(()).ok();
         };
         let heard = telling_every(Duration::from_millis(1), tell, || {
             let twice = heard.recv().is_ok() && heard.recv().is_ok();

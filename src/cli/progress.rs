@@ -69,9 +69,9 @@ pub struct Watcher {
     run_started_s: f64,
     display: Display,
     /// Whether the line on a very long run has been printed.
-    has_told: AtomicBool,
+    has_reported: AtomicBool,
     /// Whether the line on a target that is out of reach has been printed.
-    has_told_of_reach: AtomicBool,
+    has_reported_reach: AtomicBool,
     /// Whether the run has reported progress.
     has_begun: AtomicBool,
     /// Ends the process if the run is not ready in time.
@@ -94,8 +94,8 @@ impl Watcher {
             started,
             run_started_s,
             display,
-            has_told: AtomicBool::new(false),
-            has_told_of_reach: AtomicBool::new(false),
+            has_reported: AtomicBool::new(false),
+            has_reported_reach: AtomicBool::new(false),
             has_begun: AtomicBool::new(false),
             guard: None,
         }
@@ -119,8 +119,8 @@ impl Watcher {
         let runs_s = progress.wall_s - self.run_started_s;
         let Some(line) = long_run_line(progress, runs_s) else { return };
         let is_out_of_reach = runs_s >= BELIEVED_FROM_S && hindrance(progress).is_some_and(Hindrance::is_out_of_reach);
-        let has_told = if is_out_of_reach { &self.has_told_of_reach } else { &self.has_told };
-        if has_told.swap(true, Ordering::Relaxed) {
+        let has_reported = if is_out_of_reach { &self.has_reported_reach } else { &self.has_reported };
+        if has_reported.swap(true, Ordering::Relaxed) {
             return;
         }
         match &self.display {
@@ -326,7 +326,7 @@ mod tests {
 
     /// A forecast of more than an hour is reported with its cause and a remedy; a shorter one is not.
     #[test]
-    fn a_forecast_beyond_an_hour_is_told_with_its_cause() {
+    fn a_forecast_beyond_an_hour_is_reported_with_its_cause() {
         let line_of = |remaining_s: f64| long_run_line(&at(Forecast::known(remaining_s), None), 20.0);
         assert_eq!(line_of(3500.0), None);
         let line = line_of(7180.0).unwrap_or_default();
@@ -347,7 +347,7 @@ mod tests {
     /// An error shared by cells that exceeds the target, and that no plan takes below it, is reported as out of reach, however
     /// short the forecast. Elements that lose more than the target, and a check that refuses, are reported as their own causes.
     #[test]
-    fn what_exceeds_the_target_by_itself_is_told() {
+    fn what_exceeds_the_target_by_itself_is_reported() {
         let line_of =
             |remaining_s: f64, hindrance| long_run_line(&at(Forecast::known(remaining_s), Some(hindrance)), 20.0);
         let line = line_of(60.0, Hindrance::Cells(0.02)).unwrap_or_default();
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_before_the_target_is_told() {
+    fn a_limit_before_the_target_is_reported() {
         let error = Forecast { expected: 0.006, low: 0.004, high: 0.01 };
         let (with, without) = (limit_line(error, Some(0.001)), limit_line(error, None));
         assert!(with.contains("comes before the target of 0.100 % and affords a stated error of 0.600 %"), "{with}");

@@ -52,9 +52,9 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         solution.maps.iter().flat_map(|map| &map.tables).filter(move |row| is_wanted(row.kind))
     };
     let mut tables = Vec::new();
-    let is_told = |row: &&TableRow| row.kind != TableKind::Surface || (scene.is_reported(&row.name) && row.shows());
-    if rows_of(TableKind::is_illuminance).any(|row| is_told(&row)) {
-        tables.push(illuminance_table(rows_of(TableKind::is_illuminance).filter(is_told)));
+    let is_reported = |row: &&TableRow| row.kind != TableKind::Surface || (scene.is_reported(&row.name) && row.shows());
+    if rows_of(TableKind::is_illuminance).any(|row| is_reported(&row)) {
+        tables.push(illuminance_table(rows_of(TableKind::is_illuminance).filter(is_reported)));
     }
     let luminances = || rows_of(|kind| kind == TableKind::Luminance);
     if luminances().next().is_some() {
@@ -95,9 +95,9 @@ fn luminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
 fn intensity_table(intensities: &[LeavingLight]) -> String {
     let rows = intensities.iter().map(|light| {
         let mut cells = vec![light.map.name.clone()];
-        cells.extend(told(light.luminous_flux_lm));
+        cells.extend(value_and_error(light.luminous_flux_lm));
         cells.push(number(100.0 * light.light_output_ratio, 4));
-        cells.extend(told(light.maximum_cd));
+        cells.extend(value_and_error(light.maximum_cd));
         cells.extend(light.maximum_at_deg.map(|angle_deg| angle_deg.to_string()));
         cells.push(number(100.0 * light.map.error.estimated, 3));
         cells
@@ -111,7 +111,7 @@ fn daylight_table(factors: &[DaylightFactors], first: &DaylightFactors) -> Strin
     let rows = factors.iter().map(|factors| {
         let [average, minimum, median] = [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
         let mut cells = vec![factors.name.clone()];
-        [average, minimum, median].into_iter().for_each(|percent| cells.extend(told(*percent)));
+        [average, minimum, median].into_iter().for_each(|percent| cells.extend(value_and_error(*percent)));
         for share in factors.shares_above {
             let [value, error] =
                 [share.value, share.standard_error].map(|share| decimal(format!("{:.1}%", 100.0 * share)));
@@ -179,7 +179,7 @@ fn number(value: f64, digits: usize) -> String {
 const UNKNOWN: &str = "–";
 
 /// An estimate and its standard error. An estimate below its own error is shown as an upper bound.
-fn told(estimate: Estimate) -> [String; 2] {
+fn value_and_error(estimate: Estimate) -> [String; 2] {
     match estimate.is_known() {
         true => [number(estimate.value, 4), number(estimate.standard_error, 2)],
         false => [format!("< {}", number(estimate.upper_bound(), 2)), UNKNOWN.to_owned()],
@@ -189,11 +189,11 @@ fn told(estimate: Estimate) -> [String; 2] {
 fn illuminance_table<'a>(mut rows: impl Iterator<Item = &'a TableRow>) -> String {
     let shown = rows.by_ref().take(MOST_ROWS).map(|row| {
         let unknown = || [UNKNOWN.to_owned(), UNKNOWN.to_owned()];
-        let extreme = |extreme: Option<Estimate>| extreme.map_or_else(unknown, told);
+        let extreme = |extreme: Option<Estimate>| extreme.map_or_else(unknown, value_and_error);
         let uniformity = |ratio: Option<Estimate>| {
             ratio.map_or_else(unknown, |ratio| [number(ratio.value, 3), number(ratio.standard_error, 2)])
         };
-        let [average, average_error] = told(row.average_lx);
+        let [average, average_error] = value_and_error(row.average_lx);
         let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.least()), extreme(row.greatest()));
         let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.u0()), uniformity(row.ud()));
         let error = match row.average_lx.is_known() {
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn of_very_many_rows_the_first_are_shown_and_the_rest_is_told() {
+    fn of_very_many_rows_the_first_are_shown_and_the_rest_is_reported() {
         let row = table_row([20.0, 1.0], [10.0, 2.0], [30.0, 1.0], 0.01);
         let lines_of = |count: usize| {
             let table = illuminance_table(std::iter::repeat_n(&row, count));

@@ -88,11 +88,11 @@ impl RunOptions {
     ///
     /// A name that is not in [`RunOptions::NAMES`], and a value that the command line refuses, with its message.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), Failure> {
-        let refuse = |says: String| Failure::Usage {
+        let refuse = |remedy: String| Failure::Usage {
             what: format!("invalid value for {name}"),
             got: format!("{text:?}"),
             expected: format!("what --{} of luxmc solve takes", name.replace('_', "-")),
-            remedy: says,
+            remedy,
         };
         match name {
             "method" => self.method = method(text).map_err(refuse)?,

@@ -46,12 +46,12 @@ pub fn select_maps(text: Option<&str>, scene: &Scene) -> Result<MapSelection, Fa
 ///
 /// The element map is named, which no run divides; or the part has no points.
 pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> Result<MapSelection, Failure> {
-    let asked = format!("--receivers-part {}/{}", part.number, part.of);
+    let request = format!("--receivers-part {}/{}", part.number, part.of);
     let kinds = map_requests(scene, maps).into_iter().map(|(kind, _)| kind);
     if *maps != MapSelection::Default && kinds.clone().any(|kind| kind == MapKind::Elements) {
         return Err(Failure::Usage {
             what: "elements are not shared out: each of them lights the others".to_owned(),
-            got: format!("{asked} with --maps that name the element map"),
+            got: format!("{request} with --maps that name the element map"),
             expected: "receiver sets alone".to_owned(),
             remedy: "compute the element map by a run of its own, and name receiver sets here, or leave out --maps"
                 .to_owned(),
@@ -66,7 +66,7 @@ pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> 
     if names.is_empty() {
         return Err(Failure::Usage {
             what: "this part has no receivers".to_owned(),
-            got: asked,
+            got: request,
             expected: "fewer parts than the sets have points".to_owned(),
             remedy: "share them out over fewer runs".to_owned(),
         });

@@ -22,7 +22,7 @@ pub fn options_of(portion: Portion) -> String {
 ///
 /// A method whose shares would all be equal, elements that would differ between shares, and a share without a known size.
 pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: MethodChoice) -> Result<(), Failure> {
-    let asked = options_of(portion).trim().to_owned();
+    let request = options_of(portion).trim().to_owned();
     let refuse = |what: &str, got: String, expected: &str, remedy: &str| {
         let [what, expected, remedy] = [what, expected, remedy].map(str::to_owned);
         Err(Failure::Usage { what, got, expected, remedy })
@@ -30,7 +30,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     if let Some(name) = method.name_without_chains() {
         return refuse(
             "the error of this method is no matter of chance: every share would have the same",
-            format!("{asked} --method {name}"),
+            format!("{request} --method {name}"),
             "auto, gather, collision or local",
             "leave it out, or name one of those methods",
         );
@@ -38,7 +38,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     if portion.share.is_some() && settings.chains.is_none() && settings.time_limit_s.is_none() {
         return refuse(
             "a share must know how much work it is to do",
-            asked,
+            request,
             "--chains N or --time-limit TIME, for this share alone; --target-error is what luxmc merge judges",
             "add --chains, such as --chains 1e7; luxmc solve --dry-run tells what targets take",
         );
@@ -47,7 +47,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     if binds_elements && settings.elements == ElementChoice::Adaptive {
         return refuse(
             "elements that adapt to the light would differ from share to share and could not be merged",
-            format!("{asked} with --elements adaptive, which is the default"),
+            format!("{request} with --elements adaptive, which is the default"),
             "--elements given, or --maps of receiver sets alone",
             "add --elements given; \"max_element_edge\" in the scene makes them finer",
         );

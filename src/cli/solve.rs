@@ -98,9 +98,9 @@ fn open_results(arguments: &SolveArguments, out: &Path, guard: &TimeGuard) -> Re
 }
 
 /// Number of element sides of a scene if their map is requested, else 0.
-fn sides_asked_for(scene: &Scene, settings: &Settings) -> usize {
-    let is_asked_for = map_requests(scene, &settings.maps).iter().any(|(kind, _)| *kind == MapKind::Elements);
-    if is_asked_for { Elements::of(scene).len() } else { 0 }
+fn sides_requested(scene: &Scene, settings: &Settings) -> usize {
+    let is_requested = map_requests(scene, &settings.maps).iter().any(|(kind, _)| *kind == MapKind::Elements);
+    if is_requested { Elements::of(scene).len() } else { 0 }
 }
 
 /// Solves a scene from the beginning, or resumes from a checkpoint.
@@ -194,10 +194,10 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     Ok(exit_of(&solution))
 }
 
-/// Second of the run at which computing ends, so that the time kept back for writing suffices. Reports this, unless `was_told`. The
+/// Second of the run at which computing ends, so that the time kept back for writing suffices. Reports this, unless `was_reported`. The
 /// array holds the limit and the seconds of reading.
-fn time_to_compute(kept_back: KeptBack, was_told: bool, [limit_s, read_s]: [f64; 2], tell: &dyn Fn(&str)) -> f64 {
-    match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_told)) {
+fn time_to_compute(kept_back: KeptBack, was_reported: bool, [limit_s, read_s]: [f64; 2], tell: &dyn Fn(&str)) -> f64 {
+    match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_reported)) {
         Some(line) => console::message(&line),
         None => kept_back.line().iter().for_each(|line| tell(line)),
     }
@@ -283,14 +283,14 @@ fn keep_back(
     directory: &ResultDirectory,
 ) -> KeptBack {
     let (scene, settings) = (run.scene(), run.settings());
-    let known = known.with_sides(sides_asked_for(scene, settings));
+    let known = known.with_sides(sides_requested(scene, settings));
     let needs_trial = needs_trial(limit_s, &known.work());
     let tried = || if needs_trial { run.on_its_threads(trial) } else { 1.0 };
     let machine =
         Machine { slowness: known.slowness(read_s, tried), threads: run.threads(), a_file: directory.took_a_file() };
-    let asked_for = map_requests(scene, &settings.maps);
-    let sets = asked_for.iter().filter(|(kind, _)| *kind != MapKind::Elements).count();
-    let surfaces = if sets < asked_for.len() { scene.surfaces.len() } else { 0 };
+    let requested = map_requests(scene, &settings.maps);
+    let sets = requested.iter().filter(|(kind, _)| *kind != MapKind::Elements).count();
+    let surfaces = if sets < requested.len() { scene.surfaces.len() } else { 0 };
     KeptBack::of(limit_s, now_s, Work { files: files_about(sets, surfaces), ..known.work() }, machine)
 }
 

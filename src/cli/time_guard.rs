@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_done_and_how_long_all_takes_is_told() {
+    fn what_was_done_and_how_long_all_takes_is_reported() {
         let watched = Watched::default();
         let reading = watched.failure(1.0, 2.1).to_string();
         assert!(reading.contains("before its scene was read") && reading.contains("after 2.1 s"), "{reading}");

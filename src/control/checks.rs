@@ -69,10 +69,10 @@ pub fn statistical_checks(
     ]
 }
 
-fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, says: &str) -> StatisticalCheck {
+fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, explanation: &str) -> StatisticalCheck {
     // Any error exceeds that of an earlier look that had no error at all, so the ratio is capped.
     let value = value.map(|value| value.min(MOST_TOLD));
-    StatisticalCheck { name, passed, value, limit, says: says.to_owned() }
+    StatisticalCheck { name, passed, value, limit, explanation: explanation.to_owned() }
 }
 
 /// The mean settles: the samples after a look must agree with those before it, by Student's t over the replicas.
@@ -102,15 +102,17 @@ fn growth_check(
     work: impl Fn(&PastJudgement) -> f64,
     rounding_lx: f64,
 ) -> StatisticalCheck {
-    let says = "the error does not fall as the root of the work: samples repeat themselves, or have no finite variance";
-    let Some(then) = then.filter(|then| now.squared_error > rounding_lx.powi(2) && then.samples < now.samples) else {
-        return check(name, None, ALLOWED_GROWTH, true, says);
+    let explanation =
+        "the error does not fall as the root of the work: samples repeat themselves, or have no finite variance";
+    let Some(then) = then.filter(|then| now.squared_error_lx2 > rounding_lx.powi(2) && then.samples < now.samples)
+    else {
+        return check(name, None, ALLOWED_GROWTH, true, explanation);
     };
     let degrees = SURE_DEGREES * (REPLICAS - 1) as f64 * now.degrees_of_freedom.min(then.degrees_of_freedom);
     let shared = then.samples as f64 / now.samples as f64;
     let limit = ALLOWED_GROWTH * fisher_quantile([degrees.clamp(7.0, 1e6) / (1.0 - shared); 2], 1.0 - ALPHA);
-    let growth = work(now) * now.squared_error / (work(then) * then.squared_error).max(f64::MIN_POSITIVE);
-    check(name, Some(growth), limit, growth <= limit, says)
+    let growth = work(now) * now.squared_error_lx2 / (work(then) * then.squared_error_lx2).max(f64::MIN_POSITIVE);
+    check(name, Some(growth), limit, growth <= limit, explanation)
 }
 
 /// A tail that may have no variance.
@@ -139,7 +141,7 @@ fn limit_of_shape(scores: usize) -> f64 {
 
 /// Of the tails that carry enough of the variance to matter, returns the heaviest for its number of scores.
 fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
-    let variance: f64 = parts.iter().map(|part| part.variance).sum();
+    let variance: f64 = parts.iter().map(|part| part.variance_lx2_m2).sum();
     let telling = parts.iter().filter(|part| {
         part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
     });
@@ -162,13 +164,20 @@ pub fn spare_for_tail(parts: [ScoreEvidence; 2]) -> f64 {
 /// The largest scores must not fall off like those of a distribution without variance. Exceptions: they hardly matter, or the map is so far
 /// below its target that it tolerates what its spread cannot show.
 fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
-    let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
+    let explanation =
+        "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
     match heaviest_tail(&parts) {
         Some(tail) => {
             let passed = !tail.is_heavy() || spare >= tail.spare;
-            check("tail", tail.part.shape, tail.limit, passed, says)
+            check("tail", tail.part.shape, tail.limit, passed, explanation)
         }
-        None => check("tail", None, INFINITE_VARIANCE, parts.iter().all(|part| part.variance.is_finite()), says),
+        None => check(
+            "tail",
+            None,
+            INFINITE_VARIANCE,
+            parts.iter().all(|part| part.variance_lx2_m2.is_finite()),
+            explanation,
+        ),
     }
 }
 
@@ -177,17 +186,17 @@ fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
 /// The relative uncertainty of the squared error from single scores is 1/√n. A map that tolerates `spare` times its squared error needs to
 /// know it less well by that factor, so the limit falls with the square of `spare`.
 fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> StatisticalCheck {
-    let says = "too few scores carry the map's error for it to be known";
+    let explanation = "too few scores carry the map's error for it to be known";
     let limit = ENOUGH_SCORES / (spare * spare);
     match effective_scores(parts) {
-        Some(effective) => check("scores", Some(effective), limit, has_waited || effective >= limit, says),
-        None => check("scores", None, limit, true, says),
+        Some(effective) => check("scores", Some(effective), limit, has_waited || effective >= limit, explanation),
+        None => check("scores", None, limit, true, explanation),
     }
 }
 
 /// Number of scores that effectively carry the variance of a map. `None` if the map has no variance.
 pub fn effective_scores(parts: [ScoreEvidence; 2]) -> Option<f64> {
-    let variance: f64 = parts.iter().map(|part| part.variance).sum();
+    let variance: f64 = parts.iter().map(|part| part.variance_lx2_m2).sum();
     let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
     (variance != 0.0).then(|| variance * variance / fourth)
 }

@@ -77,7 +77,7 @@ fn simulated_to(
         });
         let degrees_of_freedom = points as f64;
         let rays = samples * points as u64;
-        history.add(PastJudgement { samples, rays, squared_error, degrees_of_freedom, means_lx });
+        history.add(PastJudgement { samples, rays, squared_error_lx2: squared_error, degrees_of_freedom, means_lx });
         let expected_error = squared_error.sqrt() / mean_lx;
         let judgement = Judgement {
             mean_lx,
@@ -235,7 +235,7 @@ fn few_scores_are_asked_for_where_the_target_is_near() {
 fn a_map_far_under_its_target_needs_fewer_scores() {
     // 20 scores of one size are just enough for a map that needs all of its target. A map with four times its squared error to spare needs
     // 1.25, since 20 / 4² = 1.25.
-    let part = |scores: f64| ScoreEvidence { variance: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
+    let part = |scores: f64| ScoreEvidence { variance_lx2_m2: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
     let passes = |scores: f64, spare: f64| scores_check([ScoreEvidence::default(), part(scores)], spare, false).passed;
     assert!(passes(20.1, 1.0) && !passes(19.9, 1.0));
     assert!(passes(1.3, 4.0) && !passes(1.2, 4.0));
@@ -245,8 +245,13 @@ fn a_map_far_under_its_target_needs_fewer_scores() {
 fn a_heavy_tail_does_not_matter_far_under_the_target() {
     // A tail of shape 1 is refused if the target is near. If it carries all the variance, it passes when the map tolerates nine times its
     // squared error; with half the variance, five times.
-    let tail =
-        |share: f64| ScoreEvidence { variance: 1.0, fourth: 1e-3, tail: 255, tail_variance: share, shape: Some(1.0) };
+    let tail = |share: f64| ScoreEvidence {
+        variance_lx2_m2: 1.0,
+        fourth: 1e-3,
+        tail: 255,
+        tail_variance: share,
+        shape: Some(1.0),
+    };
     for (share, needed) in [(1.0, 9.0), (0.5, 5.0)] {
         let parts = [ScoreEvidence::default(), tail(share)];
         let passes = |spare: f64| tail_check(parts, spare).passed;
@@ -277,11 +282,11 @@ fn tails_that_are_let_pass_keep_the_target() {
 }
 
 #[test]
-fn what_exceeds_a_look_without_any_error_is_told_as_a_number() {
+fn what_exceeds_a_look_without_any_error_is_reported_as_a_number() {
     let look = |samples: u64, squared_error: f64| PastJudgement {
         samples,
         rays: samples,
-        squared_error,
+        squared_error_lx2: squared_error,
         degrees_of_freedom: 15.0,
         means_lx: [1.0; REPLICAS],
     };

@@ -130,9 +130,9 @@ mod tests {
         assert_eq!(judged(500.0 + 2.131 * 4.0, 4.0, true).ruling, Ruling::Undecided);
         assert_eq!(judged(500.0 - 2.132 * 4.0, 4.0, true).ruling, Ruling::NotMet);
         assert_eq!(judged(500.0 - 2.132 * 4.0, 4.0, false).ruling, Ruling::Met);
-        let told = judged(504.0, 4.0, true);
-        assert!((told.probability_met - 0.8334).abs() < 1e-4, "{told:?}");
-        assert!((told.interval[0] - (504.0 - 2.1314 * 4.0)).abs() < 1e-3, "{told:?}");
+        let judged_value = judged(504.0, 4.0, true);
+        assert!((judged_value.probability_met - 0.8334).abs() < 1e-4, "{judged_value:?}");
+        assert!((judged_value.interval[0] - (504.0 - 2.1314 * 4.0)).abs() < 1e-3, "{judged_value:?}");
         assert_eq!(judged(2.0, 4.0, true).interval[0], 0.0);
     }
 
@@ -153,8 +153,8 @@ mod tests {
             let replicas: Vec<f64> = (0..REPLICAS).map(|_| 500.0 + 2.0 * off + 8.0 * normal(&mut stream)).collect();
             let value = replicas.iter().sum::<f64>() / REPLICAS as f64;
             let spread = standard_error(|replica| replicas[replica]);
-            let told = certainty(Estimate { value, standard_error: factor * spread }, &LEAST, ANY);
-            counts[told.ruling as usize] += 1.0 / 4000.0;
+            let judged_value = certainty(Estimate { value, standard_error: factor * spread }, &LEAST, ANY);
+            counts[judged_value.ruling as usize] += 1.0 / 4000.0;
         }
         counts
     }
@@ -185,8 +185,8 @@ mod tests {
                     Estimate { value, standard_error: standard_error(|replica| replicas[replica]) }
                 })
                 .min_by(|one, other| one.value.total_cmp(&other.value));
-            let told = least.map(|least| certainty(least, &Limit { chances, ..LEAST }, ANY).ruling);
-            missed += f64::from(u8::from(told == Some(Ruling::NotMet))) / 2000.0;
+            let judged_value = least.map(|least| certainty(least, &Limit { chances, ..LEAST }, ANY).ruling);
+            missed += f64::from(u8::from(judged_value == Some(Ruling::NotMet))) / 2000.0;
         }
         missed
     }
@@ -216,8 +216,8 @@ mod tests {
             let least = (0..11)
                 .map(|_| place(502.0, 2.0))
                 .fold(unsure, |least, place| if place.value < least.value { place } else { least });
-            let told = certainty(least, &Limit { weakest: knows_the_weakest.then_some(unsure), ..LEAST }, ANY);
-            met += f64::from(u8::from(told.ruling == Ruling::Met)) / 4000.0;
+            let judged_value = certainty(least, &Limit { weakest: knows_the_weakest.then_some(unsure), ..LEAST }, ANY);
+            met += f64::from(u8::from(judged_value.ruling == Ruling::Met)) / 4000.0;
         }
         met
     }
@@ -244,9 +244,9 @@ mod tests {
                 work += more;
                 let mean = |replica: usize| 500.0 + sums[replica] / work;
                 let value = (0..REPLICAS).map(mean).sum::<f64>() / REPLICAS as f64;
-                let told = certainty(Estimate { value, standard_error: standard_error(mean) }, &LEAST, ANY);
-                if is_decided(&told, look) || look == 12 {
-                    met += f64::from(u8::from(told.ruling == Ruling::Met)) / 2000.0;
+                let judged_value = certainty(Estimate { value, standard_error: standard_error(mean) }, &LEAST, ANY);
+                if is_decided(&judged_value, look) || look == 12 {
+                    met += f64::from(u8::from(judged_value.ruling == Ruling::Met)) / 2000.0;
                     break;
                 }
             }
@@ -258,8 +258,10 @@ mod tests {
     /// every look is the planted fault.
     #[test]
     fn looks_do_not_add_up_to_wrong_verdicts() {
-        let [strict, plain] =
-            [met_with_looks(is_decided_at_look), met_with_looks(|told, _| told.ruling != Ruling::Undecided)];
+        let [strict, plain] = [
+            met_with_looks(is_decided_at_look),
+            met_with_looks(|judged_value, _| judged_value.ruling != Ruling::Undecided),
+        ];
         assert!(strict < 0.068 && plain > 0.068, "{strict} {plain}");
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::chain::LookBack;
+use crate::chain::PacketConnection;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::SurfaceHit;
 use crate::sampling::emitter_tree::Cut;
@@ -40,7 +40,7 @@ pub trait Cache {
 
     /// Receives an event of the walk. The default ignores it.
     #[inline]
-    fn told(&mut self, _: &WalkEvent) {}
+    fn observe(&mut self, _: &WalkEvent) {}
 }
 
 /// An event that a walk reports.
@@ -64,10 +64,10 @@ pub enum WalkEvent<'a> {
         counted_lm_m2: f64,
     },
     /// The walk made a light-path connection (looked back) to a packet of a near luminaire.
-    LookedBack {
+    ConnectionStart {
         /// Factor on the result.
         weight: f64,
         /// Result of the connection.
-        found: &'a LookBack,
+        found: &'a PacketConnection,
     },
 }

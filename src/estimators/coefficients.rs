@@ -62,7 +62,7 @@ impl MetPlace<'_> {
 
 /// Path by which light of the sky comes to a receiver: the split of the daylight factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SkyWay {
+pub enum SkyPath {
     /// Directly, or through panes.
     Straight,
     /// Reflected by a surface that the receiver sees beyond an opening.
@@ -74,18 +74,18 @@ pub enum SkyWay {
 /// Number of paths by which light of the sky comes.
 pub const SKY_WAYS: usize = 3;
 
-impl SkyWay {
+impl SkyPath {
     /// Component of the daylight factor in which light from a direction counts. Direct light from the ground has been reflected outside.
     #[inline]
-    pub fn component(self, towards: DVec3) -> SkyWay {
-        if self == SkyWay::Straight && towards.z <= 0.0 { SkyWay::FromOutside } else { self }
+    pub fn component(self, towards: DVec3) -> SkyPath {
+        if self == SkyPath::Straight && towards.z <= 0.0 { SkyPath::FromOutside } else { self }
     }
 }
 
 /// Receives the results of a walk.
 pub trait CoefficientTally {
     /// Adds illuminance in lx at the receiver from a unit direction.
-    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyPath);
 
     /// Reports a surface point that would light the receiver.
     fn met(&mut self, place: &MetPlace);
@@ -104,7 +104,7 @@ pub fn walk_for_coefficients(
     let rays = follow((stage, openings), (*receiver.origin, direction), cut, tally, stream);
     let looks = pass.parts_at_point(stage, receiver, stream, |lx, look| {
         if let Some(towards) = direction_of(look, receiver.point_m) {
-            tally.add_sky(towards, lx, SkyWay::Straight);
+            tally.add_sky(towards, lx, SkyPath::Straight);
         }
     });
     rays + looks
@@ -128,7 +128,7 @@ fn follow(
     let mut rays = 0;
     let mut is_mirrored = false;
     // It is determined by the first surface that scatters.
-    let mut way = SkyWay::FromInside;
+    let mut way = SkyPath::FromInside;
     let mut has_scattered = false;
     while rays < MOST_RAYS_OF_A_WALK {
         rays += 1;
@@ -145,7 +145,7 @@ fn follow(
         };
         let from_m = stage.tracer.position_m(&origin);
         if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
-            way = SkyWay::FromOutside;
+            way = SkyPath::FromOutside;
         }
         let bsdf = stage.bsdf(hit.triangle);
         if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
@@ -173,7 +173,7 @@ fn follow(
 /// Reports a surface point that scatters, and takes a light sample of the sky from it. Returns the number of rays.
 fn look_from(
     stage: &Stage,
-    (hit, direction, bsdf, sky_way): (&SurfaceHit, DVec3, &Bsdf, SkyWay),
+    (hit, direction, bsdf, sky_path): (&SurfaceHit, DVec3, &Bsdf, SkyPath),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
@@ -194,13 +194,13 @@ fn look_from(
     tally.met(&place);
     let origin = stage.leave(hit, lobe);
     let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
-    let care = if matches!(place.response, Response::Even(_)) { SampleCost::Cheap } else { SampleCost::Full };
-    let Some(sight) = one_light_sample(stage, place.spot, &receiver, care, cut, stream) else {
+    let cost = if matches!(place.response, Response::Even(_)) { SampleCost::Cheap } else { SampleCost::Full };
+    let Some(sight) = one_light_sample(stage, place.spot, &receiver, cost, cut, stream) else {
         return 0;
     };
     let lx = sight.direct_lx();
     if lx > 0.0 {
-        tally.add_sky(sight.towards, place.brings(sight.towards) * lx, sky_way);
+        tally.add_sky(sight.towards, place.brings(sight.towards) * lx, sky_path);
     }
     1
 }

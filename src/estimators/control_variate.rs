@@ -21,7 +21,7 @@ use survey::Survey;
 /// there are more emitters than are each sampled, an emitter with this share gets a light sample in every pass.
 pub(super) const SHARE_FOR_A_LIGHT_SAMPLE: f64 = 1.0 / 400.0;
 /// Light samples of one sample, over the number of items among which the uncertainty is spread.
-const SAMPLES_PER_DOUBT: f64 = 0.5;
+const SAMPLES_PER_UNCERTAINTY: f64 = 0.5;
 /// Number of samples, of all replicas together, that a first pass takes at a point. The pass shall not cost more than the survey did.
 const SAMPLES_OF_A_PASS: f64 = 16.0;
 /// Maximum number of items kept for all points of a receiver set together: about 100 MB.
@@ -117,24 +117,25 @@ impl ControlVariate {
         }
         expectation.items.shrink_to_fit();
         if let Some(last) = expectation.items.last() {
-            let doubt_lx = last.cumulative_lx;
+            let uncertainty_lx = last.cumulative_lx;
             let mut before_lx = 0.0;
             let squares_lx2: f64 = (expectation.items.iter())
                 .map(|item| (item.cumulative_lx - std::mem::replace(&mut before_lx, item.cumulative_lx)).powi(2))
                 .sum();
             let most = (expectation.rays as f64 / SAMPLES_OF_A_PASS).max(1.0);
             expectation.samples =
-                (SAMPLES_PER_DOUBT * doubt_lx * doubt_lx / squares_lx2).min(most).ceil().max(1.0) as usize;
+                (SAMPLES_PER_UNCERTAINTY * uncertainty_lx * uncertainty_lx / squares_lx2).min(most).ceil().max(1.0)
+                    as usize;
         }
         expectation
     }
 
     /// Adds the expectation of a part of an emitter, with its uncertainty, in lx.
-    fn expect(&mut self, emitter: u32, square: Square, expected_lx: f64, slopes_lx: [f64; 2], doubt_lx: f64) {
+    fn expect(&mut self, emitter: u32, square: Square, expected_lx: f64, slopes_lx: [f64; 2], uncertainty_lx: f64) {
         self.sum_lx += expected_lx;
-        if doubt_lx > 0.0 {
+        if uncertainty_lx > 0.0 {
             let before_lx = self.items.last().map_or(0.0, |last| last.cumulative_lx);
-            let cumulative_lx = before_lx + doubt_lx;
+            let cumulative_lx = before_lx + uncertainty_lx;
             self.items.push(UncertainEmitter { emitter, square, slopes_lx, expected_lx, cumulative_lx });
         }
     }

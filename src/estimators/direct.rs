@@ -117,7 +117,8 @@ impl DirectPass {
         self.hidden.clear();
         let place = [receiver.point_m, receiver.normal];
         let enough = |found: &LightInSight| {
-            let is_seen = if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest <= found.seen };
+            let is_seen =
+                if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest_lx <= found.seen_lx };
             found.rays >= MOST_SURVEY_SAMPLES || is_seen
         };
         let mut note_hidden = |index: u32, lx: f64| {
@@ -243,7 +244,7 @@ impl DirectPass {
 
     /// Two samples of the direct light at a random point of an element that is not hidden by contact.
     pub fn sample_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> SamplePair {
-        let (at, rays) = element.draw_exposed(stage, stream);
+        let (at, rays) = element.draw_contact_free(stage, stream);
         let seen = self.sample_twice_at(stage, element, at, stream);
         SamplePair { rays: seen.rays + rays, ..seen }
     }

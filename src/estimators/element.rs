@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cover::is_covered;
+use super::contact::is_in_contact;
 use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
@@ -25,7 +25,7 @@ pub struct Element {
     /// Area in m².
     pub area_m2: f64,
     /// Whether a part of it is hidden by contact. Points in that part are then left out.
-    covered_in_part: bool,
+    in_partial_contact: bool,
 }
 
 /// Maximum number of points drawn in an element until one is not hidden by contact.
@@ -42,13 +42,13 @@ impl Element {
             normal: stage.normal(id.triangle, id.side),
             curved: body_of(stage.bodies(), id.triangle).is_some(),
             area_m2: elements.area_m2(scene, id),
-            covered_in_part: false,
+            in_partial_contact: false,
         }
     }
 
-    /// The same element with a given exposed share. Below 1, points hidden by contact are left out.
-    pub fn exposed(self, share: f64) -> Element {
-        Element { covered_in_part: share < 1.0, ..self }
+    /// The same element with a given contact-free share. Below 1, points hidden by contact are left out.
+    pub fn contact_free(self, share: f64) -> Element {
+        Element { in_partial_contact: share < 1.0, ..self }
     }
 
     /// The side of a triangle that it lies on.
@@ -107,23 +107,23 @@ impl Element {
     #[inline]
     pub fn draw_of_whole(&self, stage: &Stage, stream: &mut Stream) -> (Option<[f64; 2]>, u64) {
         let at = self.draw(stage, stream);
-        if !self.covered_in_part {
+        if !self.in_partial_contact {
             return (Some(at), 0);
         }
-        let (covered, rays) = self.is_covered(stage, at, stream);
-        ((!covered).then_some(at), rays)
+        let (in_contact, rays) = self.is_in_contact(stage, at, stream);
+        ((!in_contact).then_some(at), rays)
     }
 
     /// A random point that is not hidden by contact, and the number of rays traced to find it.
     #[inline]
-    pub fn draw_exposed(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
+    pub fn draw_contact_free(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
         let mut at = self.draw(stage, stream);
         let mut rays = 0;
-        if self.covered_in_part {
+        if self.in_partial_contact {
             for _ in 0..MOST_DRAWN {
-                let (covered, asked) = self.is_covered(stage, at, stream);
-                rays += asked;
-                if !covered {
+                let (in_contact, tested_rays) = self.is_in_contact(stage, at, stream);
+                rays += tested_rays;
+                if !in_contact {
                     break;
                 }
                 at = self.draw(stage, stream);
@@ -133,8 +133,8 @@ impl Element {
     }
 
     /// Whether a point of it is hidden by contact, and the number of rays traced to determine this.
-    pub fn is_covered(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
-        is_covered(stage, &self.origin(stage, at), self.normal_at(stage, at), stream)
+    pub fn is_in_contact(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
+        is_in_contact(stage, &self.origin(stage, at), self.normal_at(stage, at), stream)
     }
 
     /// Start point of a ray that leaves the element.

@@ -2,8 +2,8 @@
 
 pub mod cache;
 pub mod coefficients;
+pub mod contact;
 pub mod control_variate;
-pub mod cover;
 pub mod direct;
 pub mod element;
 pub mod far_field;

@@ -119,7 +119,7 @@ impl Cache for FirstPlace {
     }
 
     #[inline]
-    fn told(&mut self, event: &WalkEvent) {
+    fn observe(&mut self, event: &WalkEvent) {
         if let WalkEvent::FoundNear { emitter, lm_m2, counted_lm_m2 } = *event {
             self.near = Some((emitter, lm_m2));
             self.counted_lm_m2 = counted_lm_m2;
@@ -200,7 +200,7 @@ impl SharedWalks {
         let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
         let mut own_lx = factor * mirrored_lx;
         let mut rays = mirrored_rays;
-        if let Some(lights) = &stage.near_lights {
+        if let Some(lights) = &stage.near_luminaires {
             let (spot, packet_rays) = lights.packet(stage, stream);
             rays += packet_rays;
             if let Some(spot) = spot {
@@ -233,7 +233,7 @@ impl SharedWalks {
         let mut first = FirstPlace::default();
         let (found_lx, walk_rays) = arriving_lx(stage, &plane, variates, &mut first, cut, stream);
         let is_shared = first.place.is_some_and(|(point_m, normal, origin)| {
-            let (near_lm_m2, lit_per_m2) = match (first.near, &stage.near_lights) {
+            let (near_lm_m2, lit_per_m2) = match (first.near, &stage.near_luminaires) {
                 (Some((emitter, lm_m2)), Some(lights)) => (lm_m2, lights.lit_per_m2(stage, emitter, (point_m, normal))),
                 _ => (0.0, 0.0),
             };
@@ -294,7 +294,7 @@ impl SharedWalks {
         scores_lx.clear();
         let own = self.own_lx[part.clone()].iter().zip(&self.own_shared[part.clone()]);
         scores_lx.extend(own.map(|(own_lx, shared)| (own_lx + level_lm_m2 * shared) / walks));
-        let packets = stage.roulette.look_back_chance * walks;
+        let packets = stage.roulette.connection_chance * walks;
         for (place, seen) in self.places.iter().zip(self.seen.chunks(self.own_lx.len())) {
             if !part.contains(&place.owner) {
                 continue;
@@ -437,7 +437,7 @@ mod tests {
     #[test]
     fn shared_walks_find_what_each_finds_alone() {
         let stage = room(0.6, 1.9, true);
-        assert!(stage.near_lights.is_some());
+        assert!(stage.near_luminaires.is_some());
         let count = 3000;
         for quantity in [
             Quantity::Perpendicular,

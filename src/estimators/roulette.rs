@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::base::scattered::scattered;
-use crate::chain::{LookBack, Roulette, Stage};
+use crate::chain::{PacketConnection, Roulette, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
@@ -138,7 +138,7 @@ impl Moments {
     fn roulette(&self) -> Roulette {
         Roulette {
             safe_weight: self.safe_weight(),
-            look_back_chance: self.look_back_chance(),
+            connection_chance: self.connection_chance(),
             longer: (self.goes_on[0] / self.goes_on[1]).max(1.0),
             pilot_rays: self.rays,
         }
@@ -156,7 +156,7 @@ impl Moments {
     }
 
     /// The probability of looking back with the least work.
-    fn look_back_chance(&self) -> f64 {
+    fn connection_chance(&self) -> f64 {
         let work = |number: usize| {
             let saved_rays = (1.0 - CHANCES[number]) * self.back_rays as f64;
             (self.run_variance() + self.added[number]) * (self.rays as f64 - saved_rays)
@@ -184,10 +184,10 @@ struct Watch {
 impl Watch {
     /// Adds, for one connection, what each probability of looking back adds to the second moment, docs/methods.md (49). Here f is lx (K +
     /// E/Φ) and its density is E/Φ.
-    fn weigh(&mut self, weight: f64, found: &LookBack) {
+    fn weigh(&mut self, weight: f64, found: &PacketConnection) {
         self.rays_at_receiver.get_or_insert(found.rays);
         self.back_rays += found.rays;
-        let &LookBack { lx, met_per_m2, lit_per_m2, .. } = found;
+        let &PacketConnection { lx, met_per_m2, lit_per_m2, .. } = found;
         if lx <= 0.0 {
             return;
         }
@@ -205,14 +205,14 @@ impl Cache for Watch {
         (if self.surfaces < MOST_SURFACES { CacheAnswer::Nothing } else { CacheAnswer::Stop }, 0)
     }
 
-    fn told(&mut self, event: &WalkEvent) {
+    fn observe(&mut self, event: &WalkEvent) {
         match *event {
             WalkEvent::GoesOn { weight, sum_lm_m2, rays } => {
                 self.first.get_or_insert((weight, sum_lm_m2, rays));
                 self.goes_on[0] += 1.0;
                 self.goes_on[1] += weight;
             }
-            WalkEvent::LookedBack { weight, found } => self.weigh(weight, found),
+            WalkEvent::ConnectionStart { weight, found } => self.weigh(weight, found),
             WalkEvent::FoundNear { .. } => {}
         }
     }
@@ -293,10 +293,10 @@ mod tests {
             let mut stage = stage_for_walks(&scene);
             let exact_lx = LM * reflectance / (area_m2() * (1.0 - reflectance));
             let found = stage.roulette;
-            for (safe_weight, look_back_chance) in
-                [(1.0, 1.0), (0.1, 0.25), (0.5, 0.125), (found.safe_weight, found.look_back_chance)]
+            for (safe_weight, connection_chance) in
+                [(1.0, 1.0), (0.1, 0.25), (0.5, 0.125), (found.safe_weight, found.connection_chance)]
             {
-                stage.roulette = Roulette { safe_weight, look_back_chance, ..found };
+                stage.roulette = Roulette { safe_weight, connection_chance, ..found };
                 let [mean_lx, variance, _] = walks(&stage, 40_000, 7);
                 let sigma_lx = (variance / 40_000.0).sqrt();
                 let off = |lx: f64| ((lx - exact_lx) / sigma_lx).abs();
@@ -306,13 +306,13 @@ mod tests {
         }
     }
 
-    /// The pilot predicts, from walks that always look back, the variance that a lower probability of looking back adds, to 30%: 200,000
+    /// The pilot predicts, from walks that always connect to packets, the variance that a lower probability of connecting adds, to 30%: 200,000
     /// walks, seed 3.
     #[test]
     fn the_pilot_foretells_what_looking_back_less_often_costs() {
         let scene = room(0.6, 0.15);
         let mut stage = Stage::new(&scene);
-        assert!(stage.near_lights.is_some());
+        assert!(stage.near_luminaires.is_some());
         stage.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
         let mut stream = Stream::new(3, Purpose::Pilot, 1, 0);
         let places: Vec<(DVec3, DVec3)> = (0..20_000).map(|_| anywhere(&mut stream)).collect();
@@ -327,14 +327,14 @@ mod tests {
         };
         let always = walks(&stage, 200_000, 3)[1];
         for (number, chance) in CHANCES.iter().enumerate().skip(1) {
-            stage.roulette.look_back_chance = *chance;
+            stage.roulette.connection_chance = *chance;
             let added = walks(&stage, 200_000, 3)[1] - always;
-            let foretold = seen.added[number] / seen.walks as f64;
-            assert!((foretold / added).ln().abs() < 1.3_f64.ln(), "{foretold} foretold, {added} found, by {chance}");
+            let predicted = seen.added[number] / seen.walks as f64;
+            assert!((predicted / added).ln().abs() < 1.3_f64.ln(), "{predicted} foretold, {added} found, by {chance}");
         }
     }
 
-    /// Work V C of walks with the pilot's settings, compared with walks that end at every surface by its reflectance and always look back:
+    /// Work V C of walks with the pilot's settings, compared with walks that end at every surface by its reflectance and always connect to packets:
     /// 40,000 walks, seed 5.
     #[test]
     fn walks_take_less_work() {

@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use self::vertex::{Departure, Vertex, from_near_lights_lx, met_lm_m2};
 pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
-use crate::chain::{LookedBack, Stage};
+use crate::chain::{ConnectionStart, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::images::Trail;
 use crate::estimators::receiver::Receiver;
@@ -85,7 +85,7 @@ pub fn arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    let looked_back = stage.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
@@ -161,7 +161,7 @@ struct Start {
     /// Its path by mirrors, if the start point has searched for areas in mirrors.
     trail: Option<Trail>,
     /// Start point and normal, if that point has made a light-path connection to near luminaires (looked back).
-    looked_back: Option<LookedBack>,
+    looked_back: Option<ConnectionStart>,
 }
 
 /// Rays after which a walk is given up: thirty times the expected length in the whitest room that is accepted. A walk reaches it only in a
@@ -221,7 +221,7 @@ struct Walk<'a> {
     origin: Origin,
     direction: DVec3,
     trail: Option<Trail>,
-    looked_back: Option<LookedBack>,
+    looked_back: Option<ConnectionStart>,
     departure: Departure,
     /// Whether a surface has scattered it. Shares no longer apply then.
     has_scattered: bool,
@@ -300,7 +300,7 @@ impl Walk<'_> {
             Bsdf::Diffuse(bsdf) => {
                 let tell = |event: WalkEvent| {
                     if is_first_met {
-                        cache.told(&event)
+                        cache.observe(&event)
                     }
                 };
                 vertex.spread_lm_m2(bsdf.reflectance, shares, tell, cut, stream)
@@ -312,7 +312,7 @@ impl Walk<'_> {
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
         if let Bsdf::Diffuse(bsdf) = bsdf
-            && stage.near_lights.is_some()
+            && stage.near_luminaires.is_some()
         {
             let spread = self.weight * shares[1] * bsdf.reflectance;
             let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), spread, cache, stream);
@@ -340,7 +340,7 @@ impl Walk<'_> {
                     return false;
                 };
                 self.weight = survivor;
-                cache.told(&WalkEvent::GoesOn { weight: survivor, sum_lm_m2: self.sum_lm_m2, rays: self.rays });
+                cache.observe(&WalkEvent::GoesOn { weight: survivor, sum_lm_m2: self.sum_lm_m2, rays: self.rays });
                 Some(Diffuse::spread(normal, stream))
             }
             bsdf => bsdf.sample(self.direction, normal, stream),
@@ -348,7 +348,7 @@ impl Walk<'_> {
         let Some(scattered) = scattered else {
             return false;
         };
-        let here = (stage.near_lights.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
+        let here = (stage.near_luminaires.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
             .then(|| (stage.tracer.position_m(vertex.origin), normal));
         if scattered.lobe.leads_through() {
             self.origin = stage.leave(hit, scattered.lobe);

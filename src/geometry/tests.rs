@@ -6,14 +6,14 @@ use rand_philox::Philox;
 
 use super::triangle::Ray;
 use super::{Meeting, SurfaceHit, Tracer};
-use crate::scene::{Emission, Luminaire, Material, ReflectionLaw, Scene, Side, Surface};
+use crate::scene::{BsdfParameters, Emission, Luminaire, Material, Scene, Side, Surface};
 
 fn scene_of(vertices_m: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
     let count = triangles.len();
     Scene {
         title: String::new(),
         path: None,
-        materials: vec![Material { name: "grey".into(), law: ReflectionLaw::Diffuse { reflectance: 0.5 } }],
+        materials: vec![Material { name: "grey".into(), bsdf: BsdfParameters::Diffuse { reflectance: 0.5 } }],
         vertices_m,
         triangles,
         divisions: vec![1; count],

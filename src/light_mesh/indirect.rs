@@ -284,7 +284,7 @@ impl<'a> IndirectMesh<'a> {
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
         let mut sum_lx = [0.0; HALVES];
         // Where there are mirrors, the receiver points sample them themselves.
-        let looks_back = self.around.stage.near_lights.is_some() && self.around.has_no_images();
+        let looks_back = self.around.stage.near_luminaires.is_some() && self.around.has_no_images();
         for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
             let mut done = 0;
             while done < u64::from(walks) / HALVES as u64 && !self.ends_at(done) {

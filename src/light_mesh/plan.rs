@@ -58,7 +58,7 @@ pub enum Why {
     /// The user's step does not meet the target: the mesh has this error.
     StepMisses(f64),
     /// A luminaire stands close to a surface. Points of this map's mesh cannot use light-path connections from the spot that it lights.
-    NearLights,
+    NearLuminaires,
     /// The user's step in m gives a mesh with more points than can be numbered.
     TooFine(f64),
     /// A limit or the user ended the search before a mesh was found that is better than few walks.
@@ -189,16 +189,16 @@ impl<'a> Planner<'a> {
     ) {
         let share = if self.around.stage.reflects() { SHARE_OF_DIRECT } else { SHARE_OF_ALL };
         let of_radius = self.wishes.radius_m.map(|radius_m| radius_m / RADIUS_PER_STEP);
-        let asked_m = self.wishes.step_m.or(of_radius);
-        let mut step_m = asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
+        let given_m = self.wishes.step_m.or(of_radius);
+        let mut step_m = given_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
         for _ in 0..MOST_REFINEMENTS {
             let radius_m = self.radius_per_step() * step_m;
-            if asked_m.is_none() && points_needed(entries, step_m, radius_m) >= entries.places() as f64 {
+            if given_m.is_none() && points_needed(entries, step_m, radius_m) >= entries.places() as f64 {
                 break;
             }
             let options = Options { step_m, radius_m, accelerations: self.wishes.accelerations };
             let Some(mesh) = LightMesh::new(self.around, entries.bounds_m, options) else {
-                if asked_m.is_some() {
+                if given_m.is_some() {
                     plan.direct = DirectPlan::Rays(Why::TooFine(step_m));
                     return;
                 }
@@ -233,7 +233,7 @@ impl<'a> Planner<'a> {
                 return;
             }
             plan.direct_upper_lx = 0.0;
-            if asked_m.is_some() {
+            if given_m.is_some() {
                 plan.direct = DirectPlan::Rays(Why::StepMisses(error));
                 return;
             }

@@ -83,8 +83,8 @@ impl Planner<'_> {
             let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
             if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
                 let walks = trial.mesh.gathering.walks;
-                let is_told = is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most;
-                return is_told.then_some(of_step);
+                let is_reported = is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most;
+                return is_reported.then_some(of_step);
             }
             checked.add(&self.around, entries, checked.walks, self.stop);
         }
@@ -99,8 +99,8 @@ impl Planner<'_> {
     }
 
     fn indirect_step_m(&self, entries: &Entries) -> f64 {
-        let asked_m = self.wishes.step_m.map(|step_m| INDIRECT_COARSER * step_m);
-        asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS)
+        let given_m = self.wishes.step_m.map(|step_m| INDIRECT_COARSER * step_m);
+        given_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS)
     }
 
     /// Traces a few walks from some points to estimate the mean of indirect light and the random error of a walk.
@@ -135,13 +135,13 @@ impl<'a> Planner<'a> {
         let walks_of_places = (checked.variance_of_walk() / allowed.max(f64::MIN_POSITIVE)).max(16.0);
         let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
 
-        if self.around.stage.near_lights.is_some()
+        if self.around.stage.near_luminaires.is_some()
             && (self.wishes.form == IndirectForm::Scalar || !plan.looks_back(&self.around, entries))
         {
-            plan.indirect = IndirectPlan::Walks(Why::NearLights);
+            plan.indirect = IndirectPlan::Walks(Why::NearLuminaires);
             return;
         }
-        let is_asked = self.wishes.step_m.is_some();
+        let is_requested = self.wishes.step_m.is_some();
         let ratio = self.indirect_radius_per_step();
         let mut step_m = self.indirect_step_m(entries);
         let mut walks = FIRST_WALKS;
@@ -152,7 +152,7 @@ impl<'a> Planner<'a> {
             let points = points_needed(entries, step_m, ratio * step_m);
             let points_of_trial = points.min(half_ball(ratio) * checked.chosen.len() as f64);
             let search = spent + points_of_trial * f64::from(walks) * rays_per_walk;
-            if !is_asked && search > SHARE_OF_SEARCH * rays_by_places {
+            if !is_requested && search > SHARE_OF_SEARCH * rays_by_places {
                 break;
             }
             self.add_to_pilot(entries, &mut checked, plan);
@@ -193,7 +193,7 @@ impl<'a> Planner<'a> {
                 let is_dearer = points * f64::from(walks) * rays_per_walk >= rays_by_places;
                 let gathering = Gathering { walks, ..gathering };
                 let seed = self.wishes.seed;
-                if (is_asked || !is_dearer)
+                if (is_requested || !is_dearer)
                     && let Some(mesh) = IndirectMesh::new(self.around, entries, gathering, seed, self.stop)
                 {
                     plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
@@ -201,7 +201,7 @@ impl<'a> Planner<'a> {
                 }
                 break;
             }
-            if is_asked {
+            if is_requested {
                 let error = of_step.sqrt() / self.whole_lx(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
                 plan.indirect = IndirectPlan::Walks(Why::StepMisses(error));
                 return;

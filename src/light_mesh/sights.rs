@@ -78,7 +78,7 @@ impl Sights {
         let stage = around.stage;
         let has_gloss = around.scene.surfaces.iter().any(|surface| {
             let material = &around.scene.materials[surface.material as usize];
-            material.law.has_lobe()
+            material.bsdf.has_lobe()
         });
         let gloss = has_gloss.then(|| effort_of_gloss(around, set, seed, set_number, target_error));
         let are_drawn = may_draw && gloss.is_some_and(|gloss| gloss.is_dear);

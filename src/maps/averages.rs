@@ -161,7 +161,7 @@ mod tests {
 
     /// A row whose own walks show a far larger error than other rows gets that error. A row without walks gets the error of its own points.
     #[test]
-    fn an_average_is_told_by_its_own_walks_where_these_say_more() {
+    fn an_average_is_reported_by_its_own_walks_where_these_say_more() {
         let usual = RemainingInAverage {
             weight: 1.0,
             walked_weight: 1.0,

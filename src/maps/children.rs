@@ -96,9 +96,9 @@ mod tests {
                 value([0.0, 0.0]) - value([0.5, 0.0]) - value([0.0, 0.5]) + value([0.5, 0.5]),
             ]
         };
-        let (seen, told) = (bent(&|at| function(outer(at), curves)), bent(&|at| function(at, on_piece)));
-        for (seen, told) in seen.iter().zip(told) {
-            assert!((seen - told).abs() < 1e-12, "{seen} {told}");
+        let (seen, expected) = (bent(&|at| function(outer(at), curves)), bent(&|at| function(at, on_piece)));
+        for (seen, expected) in seen.iter().zip(expected) {
+            assert!((seen - expected).abs() < 1e-12, "{seen} {expected}");
         }
     }
 }

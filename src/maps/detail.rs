@@ -268,7 +268,7 @@ mod tests {
 
     /// Returns the measured variation of a function and its stated noise, averaged over `elements` elements. Every sample has a random
     /// error of 1 lx.
-    fn told(seed: u64, elements: u64, with_parts: bool, lx: impl Fn([f64; 2]) -> f64) -> Variation {
+    fn estimated(seed: u64, elements: u64, with_parts: bool, lx: impl Fn([f64; 2]) -> f64) -> Variation {
         let mut detail = IndirectDetail::new(1);
         if !with_parts {
             detail.parts_lx.iter_mut().for_each(Vec::clear);
@@ -319,19 +319,20 @@ mod tests {
     /// curve is measured completely, within that and a tenth for what parts do not show. A plane gives nothing, an edge at least a third.
     /// Quadratic polynomials alone, the planted fault, give an eighth of the edge.
     #[test]
-    fn edges_of_indirect_light_are_told_and_chance_is_not() {
+    fn edges_of_indirect_light_are_reported_and_chance_is_not() {
         let plane = |[a, b]: [f64; 2]| 3.0 + 2.0 * a - b;
         let curve = |[a, b]: [f64; 2]| 4.0 * (a - b) * (a - b);
         let edge = |[a, b]: [f64; 2]| if a + 0.3 * b > 0.45 { 1.5 } else { 0.0 };
-        let sure = |told: &Variation| 4.0 * (told.indirect_noise / 400.0).sqrt();
-        let of_plane = told(3, 400, true, plane);
+        let sure = |estimated: &Variation| 4.0 * (estimated.indirect_noise / 400.0).sqrt();
+        let of_plane = estimated(3, 400, true, plane);
         assert!(of_plane.indirect_lx2.abs() < sure(&of_plane), "{of_plane:?}");
-        let (of_curve, all) = (told(3, 400, true, curve), exact(curve));
+        let (of_curve, all) = (estimated(3, 400, true, curve), exact(curve));
         assert!((of_curve.indirect_lx2 - all).abs() < sure(&of_curve) + 0.1 * all, "{of_curve:?} {all}");
-        let [of_edge, of_bends] = [true, false].map(|with_parts| told(3, 400, with_parts, edge));
+        let [of_edge, of_bends] = [true, false].map(|with_parts| estimated(3, 400, with_parts, edge));
         let all = exact(edge);
-        let is_told = |told: &Variation| (0.33 * all..all).contains(&(told.indirect_lx2 - sure(told)));
-        assert!(is_told(&of_edge), "{of_edge:?} {all}");
-        assert!(!is_told(&of_bends), "the planted fault passed: {of_bends:?} {all}");
+        let is_reported =
+            |estimated: &Variation| (0.33 * all..all).contains(&(estimated.indirect_lx2 - sure(estimated)));
+        assert!(is_reported(&of_edge), "{of_edge:?} {all}");
+        assert!(!is_reported(&of_bends), "the planted fault passed: {of_bends:?} {all}");
     }
 }

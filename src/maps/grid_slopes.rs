@@ -257,7 +257,7 @@ mod tests {
             let [a, b, c] = elements.corners_m(&scene, elements.element(element as u32));
             // The mean of a quadratic function over a triangle is the mean of its values at the edge midpoints.
             let mean_lx = [a + b, b + c, c + a].map(|sum| light_lx(sum / 2.0)).iter().sum::<f64>() / 3.0;
-            for slab in &mut map.direct {
+            for slab in &mut map.direct_lx {
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 slab[element] = mean_lx + chance_lx * normal;
             }

@@ -12,7 +12,7 @@ pub struct PastJudgement {
     /// Rays traced for the map.
     pub rays: u64,
     /// Expected squared error in lx², only the part that falls with more samples.
-    pub squared_error: f64,
+    pub squared_error_lx2: f64,
     /// Effective degrees of freedom of the error.
     pub degrees_of_freedom: f64,
     /// Weighted mean of the map in each replica, in lx.
@@ -66,7 +66,7 @@ mod tests {
         let look = |samples| PastJudgement {
             samples,
             rays: 0,
-            squared_error: 1.0,
+            squared_error_lx2: 1.0,
             degrees_of_freedom: 1.0,
             means_lx: [1.0; 16],
         };

@@ -154,7 +154,7 @@ mod tests {
                 // Twelve uniform variates minus six: nearly normal, with unit variance.
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 for entry in block * alike..(block + 1) * alike {
-                    map.direct[replica][entry] = 1.0 + sigma * normal;
+                    map.direct_lx[replica][entry] = 1.0 + sigma * normal;
                 }
             }
         }

@@ -21,7 +21,7 @@ use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplicaMap {
     /// One slab per replica: sums of direct scores in lx.
-    pub direct: Vec<Vec<f64>>,
+    pub direct_lx: Vec<Vec<f64>>,
     /// One slab per replica: sums of indirect scores (lx, or counts of packets).
     pub indirect: Vec<Vec<f64>>,
     /// Direct samples of each entry so far, the same in every replica.
@@ -40,11 +40,11 @@ pub struct ReplicaMap {
     pub levels: [Levels; 2],
     /// Whether an entry without light may be hidden by contact, so that its 0 is exact. This is true for elements. It is false for points,
     /// because points hidden by contact do not count.
-    pub may_be_covered: bool,
+    pub may_be_in_contact: bool,
     sites: usize,
 }
 
-/// Number of samples of a map's entries. A sweep over all entries may be incomplete.
+/// Number of samples of a map's entries. A pass over all entries may be incomplete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Samples that every entry has.
@@ -93,7 +93,7 @@ impl ReplicaMap {
 
     fn with_entries(sites: usize, entries: usize, indirect_unit_lx: Unit) -> ReplicaMap {
         ReplicaMap {
-            direct: vec![vec![0.0; entries]; REPLICAS],
+            direct_lx: vec![vec![0.0; entries]; REPLICAS],
             indirect: vec![vec![0.0; entries]; REPLICAS],
             direct_samples: Tally::default(),
             indirect_samples: Tally::default(),
@@ -102,7 +102,7 @@ impl ReplicaMap {
             cells_error: None,
             scores: Default::default(),
             levels: Default::default(),
-            may_be_covered: false,
+            may_be_in_contact: false,
             sites,
         }
     }
@@ -110,7 +110,7 @@ impl ReplicaMap {
     /// Sets the levels of direct light, from which scores deviate, for entries with samples and without a level.
     pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
         let count = self.entries();
-        let (slabs, tally) = (&self.direct, self.direct_samples);
+        let (slabs, tally) = (&self.direct_lx, self.direct_samples);
         self.levels[0].fix(entries, count, |entry| {
             (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
         });
@@ -148,7 +148,7 @@ impl ReplicaMap {
             variance += square * self.indirect_sum(entry);
             fourth += square * square * self.indirect_sum(entry);
         }
-        [direct, ScoreEvidence { variance, fourth, ..ScoreEvidence::default() }]
+        [direct, ScoreEvidence { variance_lx2_m2: variance, fourth, ..ScoreEvidence::default() }]
     }
 
     /// Returns the number of elements or points of the map.
@@ -158,7 +158,7 @@ impl ReplicaMap {
 
     /// Returns the number of entries: one per site, or three where elements have slopes.
     pub fn entries(&self) -> usize {
-        self.direct[0].len()
+        self.direct_lx[0].len()
     }
 
     /// Whether elements have slopes.
@@ -195,7 +195,7 @@ impl ReplicaMap {
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
         let site = self.site_of(entry);
-        self.direct[replica][entry] * self.direct_samples.inverse(site)
+        self.direct_lx[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
     }
 
@@ -212,7 +212,7 @@ impl ReplicaMap {
     /// Returns the direct and indirect light of an element, each as coefficients in lx of the function that it shows.
     pub fn parts_lx(&self, site: usize) -> [[f64; 1 + SLOPES]; 2] {
         let (direct_scale, indirect_scale) = self.scales(site);
-        [(&self.direct, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
+        [(&self.direct_lx, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
             std::array::from_fn(|number| {
                 let entry = number * self.sites + site;
                 if entry < self.entries() { mean(slabs.iter().map(|slab| slab[entry])) * scale } else { 0.0 }
@@ -234,7 +234,7 @@ impl ReplicaMap {
 
     /// Returns the direct illuminance of one entry, averaged over the replicas, in lx.
     pub fn direct_lx(&self, entry: usize) -> f64 {
-        mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
+        mean(self.direct_lx.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
     }
 
     /// Returns the indirect illuminance of one entry, averaged over the replicas, in lx.
@@ -247,7 +247,7 @@ impl ReplicaMap {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.direct_samples.inverse(self.site_of(entry));
-            sum += weight * (inverse * standard_error(|replica| self.direct[replica][entry])).powi(2);
+            sum += weight * (inverse * standard_error(|replica| self.direct_lx[replica][entry])).powi(2);
             if entry < self.sites {
                 weight_sum += weight;
             }
@@ -323,7 +323,7 @@ impl ReplicaMap {
         let of_those_seen = RareScores::of(&spreads);
         match self.indirect_unit_lx {
             Unit::Lux if self.indirect_samples.complete > 0 => {
-                of_those_seen.with_missing(&spreads, !self.may_be_covered)
+                of_those_seen.with_missing(&spreads, !self.may_be_in_contact)
             }
             _ => of_those_seen,
         }
@@ -353,7 +353,7 @@ impl ReplicaMap {
                 && self.indirect_sum(entry) == 0.0;
             let bound_lx = if unseen { 3.0 * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
             let direct_scale = self.direct_samples.inverse(self.site_of(entry));
-            let of_replica_lx = |replica: usize| direct_scale * self.direct[replica][entry];
+            let of_replica_lx = |replica: usize| direct_scale * self.direct_lx[replica][entry];
             values.direct_standard_error_lx.push(standard_error(of_replica_lx));
             values.direct_lx.push(direct_lx);
             values.indirect_lx.push(indirect_lx);

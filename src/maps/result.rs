@@ -76,7 +76,7 @@ pub struct MapValues {
     /// in lx. Their sum is the illuminance. Empty otherwise.
     pub sky_components_lx: Vec<[Estimate; 3]>,
     /// Adaptive elements: whether the element is completely hidden by contact with something on it. Empty otherwise.
-    pub covered: Vec<bool>,
+    pub in_contact: Vec<bool>,
 }
 
 impl MapValues {
@@ -162,7 +162,7 @@ pub struct StatisticalCheck {
     /// Limit that the value must not exceed (`scores`: must not fall below).
     pub limit: f64,
     /// Meaning of a failed check.
-    pub says: String,
+    pub explanation: String,
 }
 
 /// The stated error of a map and its parts, as fractions of the map's mean.

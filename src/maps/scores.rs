@@ -108,7 +108,7 @@ impl Scores {
         let scale = if self.of_entries > 0 { all / self.of_entries as f64 } else { 0.0 };
         let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
         ScoreEvidence {
-            variance: scale * self.squares / squared_samples,
+            variance_lx2_m2: scale * self.squares / squared_samples,
             fourth: scale * self.fourths / (squared_samples * squared_samples),
             tail,
             tail_variance: largest[..tail].iter().map(|score| score * score).sum::<f64>() / squared_samples,
@@ -121,7 +121,7 @@ impl Scores {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScoreEvidence {
     /// Contribution of the part to the map's squared error, times the sum of weights, in lx² m².
-    pub variance: f64,
+    pub variance_lx2_m2: f64,
     /// Sum of the squares of single scores' contributions to `variance`.
     pub fourth: f64,
     /// Number of largest scores from which the tail is estimated.
@@ -289,7 +289,7 @@ mod tests {
         }
         let (one, other) = (in_one.evidence(1e4, 1e4), in_parts.evidence(1e4, 1e4));
         assert_eq!((in_one.count, one.tail, one.shape), (in_parts.count, other.tail, other.shape));
-        assert_eq!((one.tail_variance, one.variance), (other.tail_variance, other.variance));
+        assert_eq!((one.tail_variance, one.variance_lx2_m2), (other.tail_variance, other.variance_lx2_m2));
         let mut sorted = scores.clone();
         sorted.sort_by(|a, b| b.total_cmp(a));
         let exact: f64 = sorted[..one.tail].iter().map(|score| score * score).sum();
@@ -308,16 +308,16 @@ mod tests {
             }
             together.of_group((0..4).map(|_| (2.0, Some(1.0)))).add(&[1.0 + deviation(sample); 4]);
         }
-        let effective = |evidence: ScoreEvidence| evidence.variance.powi(2) / evidence.fourth;
+        let effective = |evidence: ScoreEvidence| evidence.variance_lx2_m2.powi(2) / evidence.fourth;
         let [apart, together] = [apart, together].map(|scores| scores.evidence(1000.0, 4000.0));
-        assert!((together.variance / apart.variance - 1.0).abs() < 1e-12);
+        assert!((together.variance_lx2_m2 / apart.variance_lx2_m2 - 1.0).abs() < 1e-12);
         assert!((effective(apart) / effective(together) - 4.0).abs() < 1e-9);
         // Without a level the group waits for a first score. Equal samples then have a deviation of 0.
         let mut scores = PartScores::default();
         let mut group = scores.of_group([(1.0, None), (1.0, Some(2.0))].into_iter());
         (0..3).for_each(|_| group.add(&[3.0, 4.0]));
         let evidence = scores.evidence(3.0, 6.0);
-        assert_eq!((evidence.variance, scores.stepped.count, scores.stepped.of_entries), (0.0, 2, 4));
+        assert_eq!((evidence.variance_lx2_m2, scores.stepped.count, scores.stepped.of_entries), (0.0, 2, 4));
     }
 
     #[test]
@@ -326,6 +326,6 @@ mod tests {
         let mut entry = scores.of_entry(2.0, None);
         (0..5000).for_each(|_| entry.add(3.0));
         let evidence = scores.evidence(5000.0, 5000.0);
-        assert_eq!((evidence.variance, evidence.shape), (0.0, None));
+        assert_eq!((evidence.variance_lx2_m2, evidence.shape), (0.0, None));
     }
 }

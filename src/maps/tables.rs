@@ -162,10 +162,10 @@ impl Extreme {
     /// pulled the extreme is added in quadrature.
     fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_lx: f64, least_error: f64) -> Estimate {
         let spread = jackknife_error(|replica| of(self.without_lx[replica], Some(replica)));
-        let told = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
+        let standard_error = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
         let value = of(self.whole_lx, None);
         // An exact value has an error of 0, despite the rounding of the jackknife.
-        Estimate { value, standard_error: if told > ROUNDING * value { told } else { 0.0 } }
+        Estimate { value, standard_error: if standard_error > ROUNDING * value { standard_error } else { 0.0 } }
     }
 }
 
@@ -368,7 +368,7 @@ mod tests {
 
     /// The minimum of a row and the row of its point state the same number with the same error.
     #[test]
-    fn the_minimum_is_told_as_its_point_is() {
+    fn the_minimum_is_reported_as_its_point_is() {
         let mut map = ReplicaMap::new(4, Unit::Lux);
         map.indirect_samples.complete = 1;
         for (replica, slab) in map.indirect.iter_mut().enumerate() {
@@ -391,7 +391,7 @@ mod tests {
             stream.seek(number);
             let mut map = ReplicaMap::new(60, Unit::Lux);
             map.direct_samples.complete = 1;
-            for slab in &mut map.direct {
+            for slab in &mut map.direct_lx {
                 for (entry, lx) in slab.iter_mut().enumerate() {
                     let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                     *lx = 100.0 + entry as f64 + 4.0 * normal;
@@ -420,7 +420,7 @@ mod tests {
             stream.seek(number);
             let mut map = ReplicaMap::new(400, Unit::Lux);
             map.direct_samples.complete = 1;
-            for lx in map.direct.iter_mut().flatten() {
+            for lx in map.direct_lx.iter_mut().flatten() {
                 *lx = 100.0 + 4.0 * ((0..12).map(|_| stream.unit()).sum::<f64>() - 6.0);
             }
             let (least_lx, values) = (row(&map).minimum_lx, map.values());
@@ -444,7 +444,7 @@ mod tests {
     fn extremes_are_those_of_the_values_themselves() {
         let mut map = ReplicaMap::new(3, Unit::Lux);
         map.direct_samples.complete = 1;
-        for (replica, slab) in map.direct.iter_mut().enumerate() {
+        for (replica, slab) in map.direct_lx.iter_mut().enumerate() {
             let noise = if replica % 4 < 2 { 1.0 } else { -1.0 };
             slab.copy_from_slice(&[10.0 + noise, 10.5 - noise, 30.0 + noise]);
         }
@@ -461,7 +461,7 @@ mod tests {
         let lit = |last: f64| {
             let mut map = ReplicaMap::new(2, Unit::Lux);
             map.direct_samples.complete = 3;
-            for (replica, slab) in map.direct.iter_mut().enumerate() {
+            for (replica, slab) in map.direct_lx.iter_mut().enumerate() {
                 slab.copy_from_slice(&[0.3, 0.1 + if replica == 7 { last } else { 0.0 }]);
             }
             row(&map).average_lx.standard_error

@@ -402,7 +402,7 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 /// Returns whether a luminaire nearly touches a surface, while the walks make no light-path connections to nearby luminaires. These
 /// walks miss the bright spot, and so does the check of the map.
 fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
-    let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
+    let touches = around.stage.near_luminaires.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
     touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
 }

@@ -81,7 +81,7 @@ pub(super) fn why_in_words(why: &Why) -> String {
         }
         Why::Gloss => "rays along gloss for a mesh would be more".to_owned(),
         Why::Missed => "plans with a mesh missed the target".to_owned(),
-        Why::NearLights => {
+        Why::NearLuminaires => {
             "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()
         }
         Why::Cut => "the run was ended before a mesh was found that is better than so few walks".to_owned(),

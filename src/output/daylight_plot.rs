@@ -24,11 +24,11 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     let above = percent(factors.shares_above[0].value);
     let remark = say!("; {} of the area above {} %", above, lux(factors.targets_percent[0]));
     let rest = head(&mut picture, &shown, say!("Daylight factor"), &remark);
-    let told =
+    let numbers_of =
         |name: &str, estimate: Estimate| format!("{name} = {} %{GAP}", percents_with_error(estimate, plus_minus));
-    let numbers = told("Dmean", factors.average_percent)
-        + &told("Dmin", factors.minimum_percent)
-        + &told("Dmedian", factors.median_percent);
+    let numbers = numbers_of("Dmean", factors.average_percent)
+        + &numbers_of("Dmin", factors.minimum_percent)
+        + &numbers_of("Dmedian", factors.median_percent);
     line_of_numbers(&mut picture, numbers.trim_end());
     let range = shown.field.range().unwrap_or_default();
     let levels = LEVELS_PERCENT.into_iter().filter(|level| (range[0]..range[1]).contains(level)).collect();
@@ -56,20 +56,20 @@ pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
     let range = flat.field.range().unwrap_or_default();
     let levels = words.levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
     let remark = draw_map(&mut picture, flat, &layout, (levels, say!("lines")), "%");
-    let told = format!("{rest}{remark}{} {}", say!("± is one standard error."), words.note);
-    draw_notes(&mut picture, &told, 0);
+    let numbers_of = format!("{rest}{remark}{} {}", say!("± is one standard error."), words.note);
+    draw_notes(&mut picture, &numbers_of, 0);
     picture
 }
 
 /// The same for sky components. The first line is the no-sky line, beyond which hardly any sky is visible.
 pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], note: &str) -> Picture {
-    let told = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", percents_with_error(*mean, plus_minus));
+    let numbers_of = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", percents_with_error(*mean, plus_minus));
     percent_picture(
         flat,
         &PercentWords {
             title: say!("Sky component of the daylight factor"),
             remark: &say!("; the no-sky line at {} %", tick(NO_SKY_PERCENT)),
-            numbers: means.iter().map(told).collect::<Vec<_>>().join(GAP),
+            numbers: means.iter().map(numbers_of).collect::<Vec<_>>().join(GAP),
             levels: &SKY_LEVELS_PERCENT,
             note,
         },

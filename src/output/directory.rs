@@ -382,15 +382,15 @@ mod tests {
         directory.stage(&file("receivers.csv", "old")).expect("staged");
         assert_eq!(listing(home.path()).len(), 3);
         // Other tests have directories open, too.
-        let is_told = || OPENED.lock().expect("whole").iter().any(|path| path == home.path());
-        assert!(is_told());
+        let is_reported = || OPENED.lock().expect("whole").iter().any(|path| path == home.path());
+        assert!(is_reported());
         remove_staged(home.path());
         assert_eq!(listing(home.path()), others);
         directory.stage(&file("receivers.csv", "old")).expect("staged");
         // A killed process runs no destructors.
         directory.staged.0.drain(..).for_each(|(_, staged)| drop(staged.keep().expect("kept")));
         drop(directory);
-        assert!(!is_told());
+        assert!(!is_reported());
         assert_eq!(listing(home.path()).len(), 3);
         drop(ResultDirectory::open(home.path()).expect("writable"));
         assert_eq!(listing(home.path()), others);
@@ -490,7 +490,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_that_leads_nowhere_is_told_as_one() {
+    fn a_link_that_leads_nowhere_is_reported_as_one() {
         let home = tempfile::tempdir().expect("a temporary directory");
         let link = home.path().join("link");
         std::os::unix::fs::symlink(home.path().join("absent"), &link).expect("linked");

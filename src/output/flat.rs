@@ -345,8 +345,8 @@ fn side_map<'a>(
                     plane.spot(corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]))
                 });
                 let lx = map.values.at_lx(index as usize, middle).max(0.0);
-                let covered = map.values.covered.get(index as usize).is_some_and(|covered| *covered);
-                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: (!covered).then_some(lx) });
+                let in_contact = map.values.in_contact.get(index as usize).is_some_and(|in_contact| *in_contact);
+                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: (!in_contact).then_some(lx) });
                 areas_m2.push(area_m2);
             }
         }

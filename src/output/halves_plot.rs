@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_told_in_their_standard_errors() {
+    fn differences_are_reported_in_their_standard_errors() {
         // Halves of 10 and 14 lx: if their mean has a standard error of 1 lx, their difference has one of 2 lx.
         let map = map(vec![[10.0, 14.0], [5.0, 5.0], [3.0, 3.0]], vec![1.0, 0.5, 0.0]);
         assert_eq!(deviations(&map), [Some(2.0), Some(0.0), None]);

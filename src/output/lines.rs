@@ -120,15 +120,15 @@ mod tests {
         let item = |line: &str| in_language(german, || line_item(line));
         let glare = "seats: luminaires in sight that have no position index in CIE 117 do not count: \
                      1 too far aside (T/R above 3) (lamp 2); 2 below the line of sight (lamp 3, lamp 4)";
-        let told = item(glare);
+        let text = item(glare);
         assert!(
-            told.starts_with("<li>seats: ")
-                && told.contains("1 zu weit seitlich")
-                && told.contains("2 unter der Blickrichtung"),
-            "{told}"
+            text.starts_with("<li>seats: ")
+                && text.contains("1 zu weit seitlich")
+                && text.contains("2 unter der Blickrichtung"),
+            "{text}"
         );
-        let told = item("2 runs to stated errors of 3.00 %, 1.36 % looked for verdicts");
-        assert!(told.contains("3,00 %; 1,36 %") && told.starts_with("<li>2 "), "{told}");
+        let text = item("2 runs to stated errors of 3.00 %, 1.36 % looked for verdicts");
+        assert!(text.contains("3,00 %; 1,36 %") && text.starts_with("<li>2 "), "{text}");
         // The line follows the name of the object that uses the file. Unknown words stay as they are.
         assert!(item("spot: 12 values after the last intensity were ignored").starts_with("<li>spot: 12 Werte"));
         assert_eq!(item("spot: who knows"), "<li lang=\"en\">spot: who knows</li>\n");

@@ -233,7 +233,7 @@ impl<'a> ElementRows<'a> {
         ];
         fields.extend(halves(map, index));
         fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| SheetCell::Number(part_lm_m2 / PI)));
-        fields.push(SheetCell::Text(scene.materials[surface.material as usize].law.name()));
+        fields.push(SheetCell::Text(scene.materials[surface.material as usize].bsdf.name()));
         if self.adapts {
             let gradient = gradient_lx_per_m(elements.corners_m(scene, element), map.values.slopes_lx[index]);
             fields.push(SheetCell::Number(map.values.discretisation_lx[index]));
@@ -281,10 +281,10 @@ impl OwnEmission {
         let element = elements.element(index);
         let surface = scene.triangle_surfaces[element.triangle as usize];
         let own_lm_m2 = self.exitance_lm_m2(surface, element.side);
-        let law = scene.materials[scene.surfaces[surface as usize].material as usize].law;
+        let bsdf = scene.materials[scene.surfaces[surface as usize].material as usize].bsdf;
         let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
         let here_lx = map.values.illuminance_lx[index as usize];
-        [law.diffuse_reflectance() * here_lx + law.diffuse_transmittance() * behind_lx, own_lm_m2]
+        [bsdf.diffuse_reflectance() * here_lx + bsdf.diffuse_transmittance() * behind_lx, own_lm_m2]
     }
 
     fn exitance_lm_m2(&self, surface: u32, side: Side) -> f64 {

@@ -215,26 +215,26 @@ mod tests {
 
     #[test]
     fn percents_go_to_their_errors_first_digit() {
-        let told = |value: f64, standard_error: f64| {
+        let texts = |value: f64, standard_error: f64| {
             percents_with_error(Estimate { value, standard_error }, |number, error| format!("{number} ± {error}"))
         };
         assert_eq!(
-            [told(88.309, 0.008), told(45.45, 0.0), told(51.23, 0.05)],
+            [texts(88.309, 0.008), texts(45.45, 0.0), texts(51.23, 0.05)],
             ["88.31 ± 0.01", "45.5 ± 0", "51.23 ± 0.05"]
         );
-        assert_eq!([told(91.2, 0.31), told(47.0, 13.0), told(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.50"]);
+        assert_eq!([texts(91.2, 0.31), texts(47.0, 13.0), texts(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.50"]);
     }
 
     #[test]
     fn small_uniformities_keep_two_digits() {
-        let told = |value: f64, standard_error: f64| {
+        let texts = |value: f64, standard_error: f64| {
             uniformity_with_error(Some(Estimate { value, standard_error }), |number, error| {
                 format!("{number} ± {error}")
             })
         };
-        assert_eq!([told(0.821, 0.0029), told(0.0536, 0.021)], ["0.82 ± 0.01", "0.054 ± 0.02"]);
+        assert_eq!([texts(0.821, 0.0029), texts(0.0536, 0.021)], ["0.82 ± 0.01", "0.054 ± 0.02"]);
         assert_eq!(
-            [told(0.025, 0.0013), told(0.0996, 0.02), told(0.0, 0.0)],
+            [texts(0.025, 0.0013), texts(0.0996, 0.02), texts(0.0, 0.0)],
             ["0.025 ± 0.0013", "0.10 ± 0.02", "0.00 ± 0.00"]
         );
     }

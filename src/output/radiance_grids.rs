@@ -42,8 +42,8 @@ pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) 
 
 /// A file whose lines are made while it is written.
 fn lines<'a, I: Iterator<Item = String>>(name: String, lines: impl Fn() -> I + Send + Sync + 'a) -> StreamedFile<'a> {
-    let told = name.clone();
+    let path_name = name.clone();
     StreamedFile::new(name, move |writer| {
-        lines().try_for_each(|line| writer.write_all(line.as_bytes())).map_err(|error| unwritable(&told, &error))
+        lines().try_for_each(|line| writer.write_all(line.as_bytes())).map_err(|error| unwritable(&path_name, &error))
     })
 }

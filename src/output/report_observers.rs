@@ -184,7 +184,7 @@ fn outside_words(scene: &Scene, rating: &GlareRating) -> String {
             more => say!(" and {} more, see summary.json", more),
         };
         let listed = names[..names.len().min(MOST_OUTSIDE)].join(", ");
-        format!("<li>{}: {}</li>\n", escaped(said(reason.says())), escaped(&(listed + &rest)))
+        format!("<li>{}: {}</li>\n", escaped(said(reason.explanation())), escaped(&(listed + &rest)))
     });
     let items: String = items.collect();
     if items.is_empty() {

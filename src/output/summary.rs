@@ -209,7 +209,7 @@ fn check_entry(check: &StatisticalCheck) -> Value {
         "passed": check.passed,
         "value": check.value.filter(|value| value.is_finite()),
         "limit": check.limit,
-        "says": if check.passed { Value::Null } else { json!(check.says) },
+        "says": if check.passed { Value::Null } else { json!(check.explanation) },
     })
 }
 
@@ -277,7 +277,7 @@ fn glare_entry(scene: &Scene, (rating, observers): (&GlareRating, usize)) -> Val
     let outside: Vec<Value> = rating
         .outside
         .iter()
-        .map(|(index, reason)| json!({ "luminaire": name(*index), "reason": reason.says() }))
+        .map(|(index, reason)| json!({ "luminaire": name(*index), "reason": reason.explanation() }))
         .collect();
     json!({
         "name": set.name,

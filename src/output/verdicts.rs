@@ -41,13 +41,13 @@ pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<
     let mut sheet = Sheet::new("verdicts.csv", COLUMNS);
     for verdict in &verdicts {
         let requirement = &verdict.requirement;
-        let asked_by = asked_by(requirement);
+        let required_by = required_by(requirement);
         let mut cells = vec![
             SheetCell::Text(&scene.receivers[verdict.set].name),
             SheetCell::Text(requirement.measure.key()),
             SheetCell::Text(if requirement.measure.is_at_least() { "at least" } else { "at most" }),
             SheetCell::Number(requirement.limit),
-            SheetCell::Text(&asked_by),
+            SheetCell::Text(&required_by),
         ];
         match &verdict.finding {
             Finding::Value { estimate, certainty, .. } => cells.extend([
@@ -78,7 +78,7 @@ pub(super) fn verdict_entries(scene: &Scene, solution: &Solution) -> Vec<Value> 
             "requirement": requirement.measure.key(),
             "allowed": if requirement.measure.is_at_least() { "at least" } else { "at most" },
             "limit": requirement.limit,
-            "asked_by": asked_by(requirement),
+            "asked_by": required_by(requirement),
             "value": estimate.map(|estimate| estimate.value),
             "standard_error": estimate.map(|estimate| estimate.standard_error),
             "interval": certainty.map(|certainty| certainty.interval),
@@ -115,14 +115,14 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::NotMet => ("not-met", "✗"),
             Ruling::Undecided => ("undecided", "?"),
         };
-        let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
+        let required_by = verdict.requirement.entry.map_or(String::new(), |entry| {
             let area = area_words(verdict.requirement.area).map_or(String::new(), |words| format!(", {words}"));
             format!(" <small class=\"soft\">{}{area}</small>", entry.name())
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
             format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", said(verdict.ruling().name())),
-            with_indices(&escaped(&requirement_words(&verdict.requirement))) + &asked_by,
+            with_indices(&escaped(&requirement_words(&verdict.requirement))) + &required_by,
             if error == UNKNOWN { escaped(&found) } else { with_error(&found, &error) },
             interval,
             escaped(&probability),
@@ -138,35 +138,35 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
              alone; that of a least or greatest value is of its place by itself, since the verdict counts the places, and may be less than \
              under Results. The standards themselves are the authority for what they ask."
         ),
-        entries_asked(&verdicts)
+        entries_required(&verdicts)
     )
 }
 
 /// The tasks of the standard's entries, their required colour rendering of the luminaires (which is not computed), and the sources
 /// of their numbers. Empty if there are no entries.
-fn entries_asked(verdicts: &[Verdict]) -> String {
-    let mut asked: Vec<&StandardEntry> = Vec::new();
+fn entries_required(verdicts: &[Verdict]) -> String {
+    let mut listed: Vec<&StandardEntry> = Vec::new();
     for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
-        if !asked.contains(&entry) {
-            asked.push(entry);
+        if !listed.contains(&entry) {
+            listed.push(entry);
         }
     }
-    let told = asked.into_iter().map(|entry| {
+    let items = listed.into_iter().map(|entry| {
         let task = format!("{}: {}", entry.name(), said(entry.task));
         let rendering = entry
             .colour_rendering_ra
             .map(|ra| say!("; it asks of the luminaires R<sub>a</sub> ≥ {} too, which is not computed", ra));
         format!(" {task}{}.", rendering.unwrap_or_default())
     });
-    let told: String = told.collect();
-    if told.is_empty() {
-        return told;
+    let items: String = items.collect();
+    if items.is_empty() {
+        return items;
     }
     let source = say!(
         "Numbers of entries were written down from knowledge of the standards; a number that the scene file gives takes the place of an \
          entry's."
     );
-    format!("{told} {source}")
+    format!("{items} {source}")
 }
 
 /// The part of the room, if it is not the task area.
@@ -260,7 +260,7 @@ pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
     }
 }
 
-fn asked_by(requirement: &Requirement) -> String {
+fn required_by(requirement: &Requirement) -> String {
     match requirement.entry {
         Some(entry) if requirement.area == Area::Task => entry.name(),
         Some(entry) => format!("{}, {}", entry.name(), requirement.area.name()),

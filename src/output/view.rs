@@ -316,7 +316,7 @@ fn part_names(scene: &Scene) -> Vec<String> {
 }
 
 fn element_reading(map: &MapResult, index: usize, turned: [usize; 3]) -> Option<TriangleReading> {
-    if map.values.covered.get(index).is_some_and(|covered| *covered) {
+    if map.values.in_contact.get(index).is_some_and(|in_contact| *in_contact) {
         return None;
     }
     let at_corners_lx = map.values.at_corners_lx(index);

@@ -38,7 +38,7 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     let own = OwnEmission::of(scene);
     let exitances_lm_m2: Vec<[f64; 2]> = all().map(|index| own.exitances_lm_m2(scene, elements, map, index)).collect();
     let surface_of = |index: u32| scene.triangle_surfaces[elements.element(index).triangle as usize];
-    let law_of = |index: u32| &scene.materials[scene.surfaces[surface_of(index) as usize].material as usize].law;
+    let bsdf_of = |index: u32| &scene.materials[scene.surfaces[surface_of(index) as usize].material as usize].bsdf;
 
     let mut file = File::default();
     file.line(0, "<?xml version=\"1.0\"?>");
@@ -75,7 +75,7 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     file.numbers("area_m2", all().map(|index| elements.area_m2(scene, elements.element(index))));
     file.array("Int32", "surface", 1, all().map(|index| (surface_of(index) as i32).to_le_bytes()));
     file.array("UInt8", "side", 1, all().map(|index| [u8::from(elements.element(index).side == Side::Back)]));
-    file.array("UInt8", "material_type", 1, all().map(|index| [law_of(index).number()]));
+    file.array("UInt8", "material_type", 1, all().map(|index| [bsdf_of(index).number()]));
     if !values.discretisation_lx.is_empty() {
         file.numbers("discretisation_error_lx", values.discretisation_lx.iter().copied());
     }

@@ -246,9 +246,9 @@ impl HourlyFiles {
             for (writer, prefix) in writers.into_iter().zip(HOURLY) {
                 let file = writer.into_inner().map_err(|error| refused(error.into_error()))?;
                 let name = format!("{prefix}{}.csv", file_name_part(&name));
-                let told = name.clone();
+                let path_name = name.clone();
                 files.push(StreamedFile::new(name, move |out| {
-                    copy(&file, out).map_err(|error| unwritable(&told, &error))
+                    copy(&file, out).map_err(|error| unwritable(&path_name, &error))
                 }));
             }
         }

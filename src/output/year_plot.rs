@@ -146,15 +146,15 @@ fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: Y
     if measure == YearMeasure::SkyComponent {
         return Some(sky_component_picture(&flat, &[(say!("mean"), mean)], ""));
     }
-    let told = |estimate: Estimate| {
+    let text_of = |estimate: Estimate| {
         let estimate = Estimate { value: times * estimate.value, standard_error: times * estimate.standard_error };
         format!("{} %", percents_with_error(estimate, plus_minus))
     };
-    let mean = format!("{} = {}", say!("mean"), told(mean));
+    let mean = format!("{} = {}", say!("mean"), text_of(mean));
     let (title, numbers) = match measure {
         YearMeasure::Autonomy => (
             say!("Daylight autonomy, 300 lx"),
-            format!("sDA = {}{GAP}ASE = {}{GAP}{mean}", told(set.autonomy), told(set.sunlit)),
+            format!("sDA = {}{GAP}ASE = {}{GAP}{mean}", text_of(set.autonomy), text_of(set.sunlit)),
         ),
         _ => (say!("Useful daylight, 300 to 3000 lx"), mean),
     };

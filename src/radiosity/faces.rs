@@ -82,7 +82,7 @@ impl RoomFace {
 
     /// A rectangle of the face, seen from within.
     pub fn rectangle(self, size_m: [f64; 3], stretches: [[f64; 2]; 2]) -> AxisRectangle {
-        AxisRectangle { axis: self.axis(), at: self.at(size_m), faces_up: !self.is_high(), stretches }
+        AxisRectangle { axis: self.axis(), at_m: self.at(size_m), faces_up: !self.is_high(), stretches_m: stretches }
     }
 
     /// A position's coordinates along the face.

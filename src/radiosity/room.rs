@@ -6,7 +6,7 @@ use super::error::{NotARoom, refuse};
 use super::faces::{ON_FACE, RoomFace, common_face};
 use super::sources::RoomSource;
 use crate::sampling::emitter::{Emitter, Emitters};
-use crate::scene::{Emission, ReflectionLaw, Scene};
+use crate::scene::{BsdfParameters, Emission, Scene};
 
 /// Maximum number of rectangles of a room. Each one cuts the mesh of all faces.
 const MOST_RECTANGLES: usize = 64;
@@ -111,7 +111,7 @@ impl BoxedRoom {
             });
             let surface = scene.triangle_surfaces[triangle as usize];
             let material = &scene.materials[scene.surfaces[surface as usize].material as usize];
-            let ReflectionLaw::Diffuse { reflectance } = material.law else {
+            let BsdfParameters::Diffuse { reflectance } = material.bsdf else {
                 return refuse("a surface that is not matt", format!("material \"{}\"", material.name), A_ROOM);
             };
             let tile = Tile { face, stretches, reflectance, surface };

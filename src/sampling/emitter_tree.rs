@@ -356,13 +356,13 @@ mod tests {
     }
 
     #[test]
-    fn every_emitter_that_brings_something_is_chosen_with_the_probability_told() {
-        choices_are_as_told(37);
+    fn every_emitter_that_brings_something_is_chosen_with_the_probability_reported() {
+        choices_follow_their_probabilities(37);
     }
 
     #[test]
     fn so_it_is_among_so_many_that_groups_open_late() {
-        choices_are_as_told(MANY as i32 + 100);
+        choices_follow_their_probabilities(MANY as i32 + 100);
     }
 
     /// 90,000 downward luminaires give a ceiling above them almost no light in every group, so the search gives up. From below, the search
@@ -393,7 +393,7 @@ mod tests {
         assert!(shown == 32 && looked_into < MOST_IN_VAIN, "{shown} {looked_into}");
     }
 
-    fn choices_are_as_told(count: i32) {
+    fn choices_follow_their_probabilities(count: i32) {
         let beacons = beacons(count);
         let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
         for (point, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.0, 3.05), DVec3::X)] {
@@ -401,25 +401,32 @@ mod tests {
             let mut cut = Cut::default();
             tree.open(point, normal, &mut cut);
             let mut counts = vec![0u32; beacons.len()];
-            let mut told = vec![0.0; beacons.len()];
+            let mut probabilities = vec![0.0; beacons.len()];
             for i in 0..N {
                 if let Some((emitter, probability)) =
                     tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), &cut)
                 {
                     counts[emitter as usize] += 1;
-                    told[emitter as usize] = probability;
+                    probabilities[emitter as usize] = probability;
                 }
             }
             let total: f64 = beacons.iter().map(|beacon| beacon.importance(point, normal)).sum();
             for (emitter, beacon) in beacons.iter().enumerate() {
                 // The variates are equidistant, so each share is exact to within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
-                assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
-                let asked = tree.probability(emitter as u32, point, normal, &cut);
-                assert!(told[emitter] == 0.0 || (asked / told[emitter] - 1.0).abs() < 1e-12, "{emitter}: {asked}");
+                assert!(
+                    (share - probabilities[emitter]).abs() < 8.0 / f64::from(N),
+                    "{emitter}: {share} {}",
+                    probabilities[emitter]
+                );
+                let queried = tree.probability(emitter as u32, point, normal, &cut);
+                assert!(
+                    probabilities[emitter] == 0.0 || (queried / probabilities[emitter] - 1.0).abs() < 1e-12,
+                    "{emitter}: {queried}"
+                );
                 let brings = beacon.importance(point, normal) > 0.0;
                 let expected = brings && beacon.importance(point, normal) > 1e-4 * total;
-                assert!(!expected || told[emitter] > 0.0, "emitter {emitter} is never chosen");
+                assert!(!expected || probabilities[emitter] > 0.0, "emitter {emitter} is never chosen");
             }
         }
     }

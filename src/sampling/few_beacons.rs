@@ -269,7 +269,7 @@ mod tests {
     /// 37 beacons, some in parts, at points near and far. Weights equal the importances to 1e-4 plus the effect of the enlarged radii.
     /// Choices occur with the stated probabilities. The portable version gives the same bytes.
     #[test]
-    fn weights_are_importances_and_choices_are_as_told() {
+    fn weights_are_importances_and_choices_are_as_reported() {
         const N: u32 = 400_000;
         let beacons: Vec<Beacon> = (0..37)
             .map(|i| {

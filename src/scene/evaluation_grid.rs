@@ -42,7 +42,7 @@ pub struct EvaluationGrid {
 
 impl EvaluationGrid {
     /// Removes the cells of which less than half is visible.
-    pub fn leave_out_covered(&mut self) {
+    pub fn leave_out_contact(&mut self) {
         let least_m2 = LEAST_FILLED * self.cell_m2;
         self.cells.retain(|parts| shown_m2(parts) >= least_m2);
     }
@@ -65,7 +65,7 @@ pub enum ElementSizes {
 
 /// Makes the grid of EN 12464-1 on one side of a flat surface, its cells filled with the parts of the elements in them.
 ///
-/// `exposed` returns two numbers for an element side: its visible share, and the factor from its mean to that of its visible part.
+/// `contact_free` returns two numbers for an element side: its visible share, and the factor from its mean to that of its visible part.
 /// Returns `None` if the surface is not flat, has fewer than two rows or columns of cells or more than `MOST_CELLS` cells, has no cell of
 /// which half is visible, or has elements larger than `sizes` allows.
 pub fn evaluation_grid(
@@ -73,7 +73,7 @@ pub fn evaluation_grid(
     elements: &Elements,
     surface: SurfaceId,
     side: Side,
-    exposed: impl Fn(u32) -> (f64, f64),
+    contact_free: impl Fn(u32) -> (f64, f64),
     sizes: ElementSizes,
 ) -> Option<EvaluationGrid> {
     let triangles = &scene.triangles[scene.surfaces[surface as usize].triangles.start as usize
@@ -94,8 +94,8 @@ pub fn evaluation_grid(
         if element.side != side {
             continue;
         }
-        let (exposed_share, scale) = exposed(number);
-        if exposed_share <= 0.0 {
+        let (contact_free_share, scale) = contact_free(number);
+        if contact_free_share <= 0.0 {
             continue;
         }
         // In units of the grid's cells.
@@ -115,7 +115,7 @@ pub fn evaluation_grid(
                 let index = row * counts[0] + column;
                 let part = GridPart {
                     element: number,
-                    area_m2: share * cell_m2 * exposed_share,
+                    area_m2: share * cell_m2 * contact_free_share,
                     scale,
                     at: weights_of(corners, middle),
                 };
@@ -251,11 +251,11 @@ mod tests {
             let (scene, grid) = grid(edge_m, "[3,0,0]", "[0,2,0]");
             let elements = Elements::of(&scene);
             let asked = std::cell::Cell::new(0);
-            let exposed = |_| {
+            let contact_free = |_| {
                 asked.set(asked.get() + 1);
                 (1.0, 1.0)
             };
-            let fine = evaluation_grid(&scene, &elements, 0, Side::Front, exposed, ElementSizes::Fine);
+            let fine = evaluation_grid(&scene, &elements, 0, Side::Front, contact_free, ElementSizes::Fine);
             assert_eq!(fine, grid.filter(|grid| !grid.is_finer_than_elements));
             assert_eq!((fine.is_some(), asked.get() > 1), (is_fine, is_fine));
         }
@@ -274,8 +274,8 @@ mod tests {
         let (scene, _) = grid("", "[3,0,0]", "[0,2,0]");
         let elements = Elements::of(&scene);
         let one = |share: f64| {
-            let exposed = move |element: u32| (if element == 0 { 1.0 } else { share }, 1.0);
-            evaluation_grid(&scene, &elements, 0, Side::Front, exposed, ElementSizes::Any)
+            let contact_free = move |element: u32| (if element == 0 { 1.0 } else { share }, 1.0);
+            evaluation_grid(&scene, &elements, 0, Side::Front, contact_free, ElementSizes::Any)
         };
         let full = one(1.0).map_or(0, |grid| grid.cells.len());
         let half = one(0.0).map_or(0, |grid| grid.cells.len());

@@ -10,7 +10,7 @@ use crate::base::pane::{glazed_shares, internal_transmittance_of, pane_shares};
 struct MaterialType {
     name: &'static str,
     keys: &'static [&'static str],
-    read: fn(&Fields) -> Result<ReflectionLaw, SceneError>,
+    read: fn(&Fields) -> Result<BsdfParameters, SceneError>,
 }
 
 /// The material types, in the order of their numbers in the file formats.
@@ -128,12 +128,12 @@ pub struct Material {
     /// Name in the file.
     pub name: String,
     /// Reflection model.
-    pub law: ReflectionLaw,
+    pub bsdf: BsdfParameters,
 }
 
 /// A reflection model with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReflectionLaw {
+pub enum BsdfParameters {
     /// Lambert's law: luminance ρE/π in every direction.
     Diffuse {
         /// Hemispherical reflectance ρ, 0 to 1.
@@ -199,16 +199,16 @@ struct SurfaceShares {
     is_sheet: bool,
 }
 
-impl ReflectionLaw {
+impl BsdfParameters {
     /// Number of its type, from 0, in the order of the file formats.
     pub fn number(&self) -> u8 {
         match self {
-            ReflectionLaw::Diffuse { .. } => 0,
-            ReflectionLaw::Phong { .. } => 1,
-            ReflectionLaw::Mirror { .. } => 2,
-            ReflectionLaw::Glass { .. } => 3,
-            ReflectionLaw::Translucent { .. } => 4,
-            ReflectionLaw::Blinn { .. } => 5,
+            BsdfParameters::Diffuse { .. } => 0,
+            BsdfParameters::Phong { .. } => 1,
+            BsdfParameters::Mirror { .. } => 2,
+            BsdfParameters::Glass { .. } => 3,
+            BsdfParameters::Translucent { .. } => 4,
+            BsdfParameters::Blinn { .. } => 5,
         }
     }
 
@@ -220,22 +220,22 @@ impl ReflectionLaw {
     /// Shares of light from which all other methods on shares follow.
     fn shares(&self) -> SurfaceShares {
         match *self {
-            ReflectionLaw::Diffuse { reflectance } => {
+            BsdfParameters::Diffuse { reflectance } => {
                 SurfaceShares { diffuse: reflectance, ..SurfaceShares::default() }
             }
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
-            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
+            BsdfParameters::Phong { diffuse_reflectance, specular_reflectance, .. }
+            | BsdfParameters::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
                 SurfaceShares { diffuse: diffuse_reflectance, lobe: specular_reflectance, ..SurfaceShares::default() }
             }
-            ReflectionLaw::Mirror { reflectance } => {
+            BsdfParameters::Mirror { reflectance } => {
                 SurfaceShares { mirrored: reflectance, ..SurfaceShares::default() }
             }
-            ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share } => SurfaceShares {
+            BsdfParameters::Glass { refractive_index, internal_transmittance, glazed_share } => SurfaceShares {
                 pane: Some(glazed_shares(glazed_share, refractive_index, internal_transmittance, 1.0)),
                 is_sheet: true,
                 ..SurfaceShares::default()
             },
-            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => SurfaceShares {
+            BsdfParameters::Translucent { diffuse_reflectance, diffuse_transmittance } => SurfaceShares {
                 diffuse: diffuse_reflectance,
                 diffused_through: diffuse_transmittance,
                 is_sheet: true,
@@ -285,7 +285,7 @@ impl ReflectionLaw {
     /// Share of the light that leaves the surface again, reflected or transmitted. For glass: the transmittance of a pane without
     /// reflections.
     pub fn returned_share(&self) -> f64 {
-        if let ReflectionLaw::Glass { internal_transmittance, glazed_share, .. } = *self {
+        if let BsdfParameters::Glass { internal_transmittance, glazed_share, .. } = *self {
             return glazed_share * internal_transmittance;
         }
         let [reflected, let_through] = self.shares_at_normal_incidence();
@@ -302,12 +302,12 @@ pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
             let what = "a material without a name".into();
             return Err(fields.refuse_key(&entry, what, "a name".into(), "give it a name".into()));
         }
-        materials.push(Material { name: entry.name.to_string(), law: read_law(&entry.value)? });
+        materials.push(Material { name: entry.name.to_string(), bsdf: read_law(&entry.value)? });
     }
     Ok(materials)
 }
 
-fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
+fn read_law(node: &Node) -> Result<BsdfParameters, SceneError> {
     let fields = node.fields("a material")?;
     let kind = fields.need("type", "\"diffuse\"")?.choice(&TYPES)?;
     let what = format!("a {} material", TYPES[kind]);
@@ -316,25 +316,25 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
     (MATERIAL_TYPES[kind].read)(&fields)
 }
 
-fn read_diffuse(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
-    Ok(ReflectionLaw::Diffuse { reflectance: share(fields, "reflectance")? })
+fn read_diffuse(fields: &Fields) -> Result<BsdfParameters, SceneError> {
+    Ok(BsdfParameters::Diffuse { reflectance: share(fields, "reflectance")? })
 }
 
-fn read_mirror(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
-    Ok(ReflectionLaw::Mirror { reflectance: share(fields, "reflectance")? })
+fn read_mirror(fields: &Fields) -> Result<BsdfParameters, SceneError> {
+    Ok(BsdfParameters::Mirror { reflectance: share(fields, "reflectance")? })
 }
 
-fn read_phong(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+fn read_phong(fields: &Fields) -> Result<BsdfParameters, SceneError> {
     let ([diffuse_reflectance, specular_reflectance], exponent) = glossy(fields)?;
-    Ok(ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent })
+    Ok(BsdfParameters::Phong { diffuse_reflectance, specular_reflectance, exponent })
 }
 
-fn read_blinn(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+fn read_blinn(fields: &Fields) -> Result<BsdfParameters, SceneError> {
     let ([diffuse_reflectance, specular_reflectance], exponent) = glossy(fields)?;
-    Ok(ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent })
+    Ok(BsdfParameters::Blinn { diffuse_reflectance, specular_reflectance, exponent })
 }
 
-fn read_glass(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+fn read_glass(fields: &Fields) -> Result<BsdfParameters, SceneError> {
     let node = fields.need("refractive_index", "1.52")?;
     let refractive_index = node.number()?;
     if refractive_index < 1.0 {
@@ -360,13 +360,13 @@ fn read_glass(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
         }
     };
     let glazed_share = fields.get("glazed_share").map_or(Ok(1.0), |node| node.fraction("glazed share"))?;
-    Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share })
+    Ok(BsdfParameters::Glass { refractive_index, internal_transmittance, glazed_share })
 }
 
-fn read_translucent(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+fn read_translucent(fields: &Fields) -> Result<BsdfParameters, SceneError> {
     let [diffuse_reflectance, diffuse_transmittance] =
         two_shares(fields, "diffuse_reflectance", "diffuse_transmittance")?;
-    Ok(ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance })
+    Ok(BsdfParameters::Translucent { diffuse_reflectance, diffuse_transmittance })
 }
 
 /// Diffuse and specular reflectance, and the exponent of a lobe.

@@ -79,7 +79,7 @@ pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{ElementSizes, EvaluationGrid, GridPart, evaluation_grid};
 pub(crate) use file::{WrittenGeometry, from_json_with, read_with};
 pub use intensity_table::IntensityTable;
-pub use materials::{Material, ReflectionLaw};
+pub use materials::{BsdfParameters, Material};
 pub use model::*;
 pub(crate) use names::{joined, listed, place_words};
 pub use openings::Openings;

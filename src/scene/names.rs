@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_told_as_far_as_anybody_measures() {
+    fn places_are_reported_as_far_as_anybody_measures() {
         for (place_m, words) in [
             (DVec3::new(1.2, -0.0, 2.8009999999999997), "(1.2, 0, 2.801) m"),
             (DVec3::new(-0.00001, 12345.67891, 0.30000000000000004), "(0, 12345.6789, 0.3) m"),

@@ -85,17 +85,17 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
         );
     }
     let is_one = shape.parts.len() == 1 && shape.parts[0].name.is_none();
-    let (mut laws, mut materials, mut by_part) = (Map::new(), Vec::new(), Map::new());
+    let (mut bsdfs, mut materials, mut by_part) = (Map::new(), Vec::new(), Map::new());
     for part in &shape.parts {
         let name = match &part.name {
             Some(name) => name.clone(),
             None if is_one => "surface".to_owned(),
             None => UNNAMED_PART.to_owned(),
         };
-        let (law, known) = proposed(looks.get(&name), ending);
-        laws.insert(name.clone(), law.clone());
+        let (bsdf, known) = proposed(looks.get(&name), ending);
+        bsdfs.insert(name.clone(), bsdf.clone());
         by_part.insert(name.clone(), json!(name));
-        materials.push(ProposedMaterial { name, surfaces: part.triangles.len(), law, known });
+        materials.push(ProposedMaterial { name, surfaces: part.triangles.len(), bsdf, known });
     }
     let stem = model.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let name = if stem.trim().is_empty() { "model".to_owned() } else { stem };
@@ -107,7 +107,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
     }
     let bounds_m = bounds(shape.vertices.iter().copied());
     let geometry = vec![geometry];
-    Ok(Proposal { materials, laws, geometry, warnings, reader_warnings, bounds_m, ..Proposal::default() })
+    Ok(Proposal { materials, bsdfs, geometry, warnings, reader_warnings, bounds_m, ..Proposal::default() })
 }
 
 /// Estimates the reflection of a material from its look. Returns the material for the scene file, and what is known about it.

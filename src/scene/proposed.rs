@@ -20,7 +20,7 @@ pub struct Proposal {
     /// Every material: its data in the model and in the scene.
     pub materials: Vec<ProposedMaterial>,
     /// The materials of the scene file.
-    pub(super) laws: Map<String, Value>,
+    pub(super) bsdfs: Map<String, Value>,
     /// Its geometry.
     pub(super) geometry: Vec<Value>,
     /// Its luminaires.
@@ -43,7 +43,7 @@ pub struct ProposedMaterial {
     /// Number of triangles of a mesh, or of surfaces of a Radiance scene, with this material.
     pub surfaces: usize,
     /// Its reflection, as in the scene file.
-    pub law: Value,
+    pub bsdf: Value,
     /// Source of these values, and what is unknown.
     pub known: String,
 }
@@ -55,7 +55,7 @@ impl Proposal {
             "version": 1,
             "title": title,
             "length_unit": "m",
-            "materials": self.laws,
+            "materials": self.bsdfs,
             "geometry": self.geometry,
             "luminaires": self.luminaires,
         });
@@ -79,11 +79,11 @@ impl Proposal {
         self.stand_in(0.5 * (low_m + high_m) + low_m.distance(high_m) * BESIDE, "above and beside it");
     }
 
-    fn stand_in(&mut self, place_m: DVec3, told: &str) {
+    fn stand_in(&mut self, place_m: DVec3, reason: &str) {
         self.luminaires.push(json!({ "name": STAND_IN, "type": "point", "position": place_m.to_array(),
                                      "luminous_flux_lm": STAND_IN_LM }));
         self.warnings.push(format!(
-            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm {told}, {}, stands in",
+            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm {reason}, {}, stands in",
             place_words(place_m)
         ));
     }

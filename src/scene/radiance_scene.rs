@@ -40,7 +40,7 @@ const SMOOTH: f64 = 2e-3;
 /// A Radiance material as it is in the scene file.
 #[derive(Clone, Debug)]
 struct Converted {
-    law: Value,
+    bsdf: Value,
     /// Exitance of lights in lm/m².
     exitance_lm_m2: f64,
     /// The original material, and what was changed.
@@ -184,7 +184,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
     fn material(&self, primitive: &Primitive<'t>) -> Result<Option<Converted>, SceneError> {
         let share = |value: f64| value.clamp(0.0, 1.0);
         let dark = |exitance_lm_m2: f64, known: String| Converted {
-            law: json!({ "type": "diffuse", "reflectance": 0.0 }),
+            bsdf: json!({ "type": "diffuse", "reflectance": 0.0 }),
             exitance_lm_m2,
             known,
         };
@@ -198,7 +198,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
                     "{} of reflectance {color:.3}, specular {specular:.3}, roughness {roughness:.3}",
                     primitive.kind
                 );
-                Converted { law: glossy(color * (1.0 - specular), lobe, roughness), exitance_lm_m2: 0.0, known }
+                Converted { bsdf: glossy(color * (1.0 - specular), lobe, roughness), exitance_lm_m2: 0.0, known }
             }
             "trans" => {
                 let [red, green, blue, specular, _, transmitted, through] = self.reals(primitive)?;
@@ -206,11 +206,11 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 let (transmitted, through) = (share(transmitted), share(through));
                 let diffuse = color * (1.0 - specular);
                 let lost = color * specular + diffuse * transmitted * through;
-                let law = json!({ "type": "translucent", "diffuse_reflectance": diffuse * (1.0 - transmitted),
+                let bsdf = json!({ "type": "translucent", "diffuse_reflectance": diffuse * (1.0 - transmitted),
                                   "diffuse_transmittance": diffuse * transmitted * (1.0 - through) });
                 let known =
                     format!("trans; {lost:.3} that go on as in a mirror or straight through are not known here");
-                Converted { law, exitance_lm_m2: 0.0, known }
+                Converted { bsdf, exitance_lm_m2: 0.0, known }
             }
             "glass" => {
                 let (index, rgb) = match primitive.reals.as_slice() {
@@ -219,15 +219,15 @@ impl<'s, 't> RadianceScene<'s, 't> {
                     _ => return Err(self.refuse(primitive, "has the wrong count of numbers", "3 or 4 numbers")),
                 };
                 let transmittance = share(gray(rgb));
-                let law =
+                let bsdf =
                     json!({ "type": "glass", "refractive_index": index, "internal_transmittance": transmittance });
-                Converted { law, exitance_lm_m2: 0.0, known: format!("glass of transmissivity {transmittance:.3}") }
+                Converted { bsdf, exitance_lm_m2: 0.0, known: format!("glass of transmissivity {transmittance:.3}") }
             }
             "mirror" => {
                 let [red, green, blue] = self.reals(primitive)?;
                 let reflectance = share(gray([red, green, blue]));
-                let law = json!({ "type": "mirror", "reflectance": reflectance });
-                Converted { law, exitance_lm_m2: 0.0, known: format!("mirror of reflectance {reflectance:.3}") }
+                let bsdf = json!({ "type": "mirror", "reflectance": reflectance });
+                Converted { bsdf, exitance_lm_m2: 0.0, known: format!("mirror of reflectance {reflectance:.3}") }
             }
             "light" => {
                 let [red, green, blue] = self.reals(primitive)?;
@@ -243,7 +243,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 let behind = primitive.strings.first().and_then(|name| self.materials.get(name));
                 let known = "illum, a light; what shows through it is taken from its other material".to_owned();
                 match behind {
-                    Some(other) => Converted { law: other.law.clone(), exitance_lm_m2, known },
+                    Some(other) => Converted { bsdf: other.bsdf.clone(), exitance_lm_m2, known },
                     None => dark(exitance_lm_m2, "illum, a light without another material".to_owned()),
                 }
             }
@@ -374,12 +374,12 @@ impl<'s, 't> RadianceScene<'s, 't> {
         let mut proposed = Vec::new();
         for (name, surfaces) in &self.used {
             let converted = &self.materials[name];
-            materials.insert((*name).to_owned(), converted.law.clone());
+            materials.insert((*name).to_owned(), converted.bsdf.clone());
             let pattern = if self.patterned.contains(name) { "; its pattern is passed over" } else { "" };
             proposed.push(ProposedMaterial {
                 name: (*name).to_owned(),
                 surfaces: *surfaces,
-                law: converted.law.clone(),
+                bsdf: converted.bsdf.clone(),
                 known: format!("{}{pattern}", converted.known),
             });
         }
@@ -409,7 +409,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         }
         Ok(Proposal {
             materials: proposed,
-            laws: materials,
+            bsdfs: materials,
             geometry: self.geometry,
             luminaires: self.luminaires,
             warnings: self.warnings,
@@ -421,7 +421,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
 /// Returns a stand-in for a material of a type that is not read.
 fn unknown(kind: &str) -> Converted {
     let known = format!("not known: materials of type {} are not read", shortened(kind));
-    Converted { law: json!({ "type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE }), exitance_lm_m2: 0.0, known }
+    Converted { bsdf: json!({ "type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE }), exitance_lm_m2: 0.0, known }
 }
 
 /// The photometric mean of red, green and blue.

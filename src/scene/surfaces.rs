@@ -166,7 +166,7 @@ impl Surfaces {
         let longest_edge_m = common.longest_edge.map(|edge| around.unit.length_m(edge));
         let mut dropped: Vec<[u32; 3]> = Vec::new();
         for (part, material) in shape.parts.iter().zip(materials) {
-            let two_sided = common.two_sided || around.materials[material as usize].law.is_two_sided();
+            let two_sided = common.two_sided || around.materials[material as usize].bsdf.is_two_sided();
             let surface = self.begin_surface(&common, part, material, two_sided)?;
             for triangle in &part.triangles {
                 let triangle = triangle.map(|vertex| first_vertex as u32 + vertex);

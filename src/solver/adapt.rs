@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 pub use self::first::Cutting;
 use super::coarse::{CoarseElements, CoarseLoss};
+use super::contact::{KnownContact, contact_free_shares};
 use super::context::Context;
 use super::empty_maps::Shows;
-use super::exposure::{Exposure, exposed_shares};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
@@ -45,8 +45,8 @@ const CERTAINTY: f64 = 2.0;
 /// What a job stores for elements that adapt, in addition to its sums.
 #[derive(Serialize, Deserialize)]
 pub struct Adaptive {
-    /// Share of each element that is exposed. The rest is hidden by contact: nobody sees it and nothing is shown there.
-    pub exposed: Vec<f64>,
+    /// Share of each element that is free of contact. The rest is hidden by contact: nobody sees it and nothing is shown there.
+    pub contact_free: Vec<f64>,
     /// Whether each element shows slopes. An element partly hidden by contact shows none.
     pub sloped: Vec<bool>,
     /// Direct and indirect illuminance in lx that samples are compared with. The closer they are, the less random error have the values
@@ -138,7 +138,7 @@ impl Adaptive {
         // Counted packets are not compared with a reference.
         let known = f64::from(u8::from(apart));
         let slopes_lx = [[direct[1], direct[2]], [known * indirect[1], known * indirect[2]]];
-        let whole = self.exposed[index] == 1.0;
+        let whole = self.contact_free[index] == 1.0;
         self.detail.variation(index, map.scales(index), slopes_lx, [apart, whole])
     }
 
@@ -160,7 +160,7 @@ impl Adaptive {
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
             // For an element partly hidden by contact, only the coarse element above it can show this, if there is one.
             let smooth_lx2 = match coarse {
-                Some(_) if self.exposed[index] < 1.0 => 0.0,
+                Some(_) if self.contact_free[index] < 1.0 => 0.0,
                 _ => sides.lx2(context, elements, index, *area_m2, self.shows()),
             };
             let parent = coarse.map(|coarse| coarse.children[index].parent as usize);
@@ -220,8 +220,8 @@ impl Adaptive {
         let adaptive = (finer.len() > elements.len()).then(|| self.on_finer(context, elements, &finer, map));
         let refined = Refined {
             coarse: coarse.zip(finer_coarse).map(|(coarse, finer_coarse)| {
-                let exposed = adaptive.as_ref().map_or(&self.exposed, |adaptive| &adaptive.exposed);
-                coarse.cut(context, finer_coarse, &finer, exposed)
+                let contact_free = adaptive.as_ref().map_or(&self.contact_free, |adaptive| &adaptive.contact_free);
+                coarse.cut(context, finer_coarse, &finer, contact_free)
             }),
             elements: adaptive.map(|adaptive| (finer, adaptive)),
         };
@@ -232,22 +232,22 @@ impl Adaptive {
     fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
         let parents: Vec<u32> = (0..finer.len() as u32).map(|index| parent_of(elements, finer, index)).collect();
         let was_cut = |index: usize| finer.element(index as u32).cuts() > elements.element(parents[index]).cuts();
-        let (exposed, pilot_rays) = exposed_shares(context, finer, 0..finer.len(), |index| {
-            let before = self.exposed[parents[index as usize] as usize];
-            if before == 0.0 || !was_cut(index as usize) { Exposure::Known(before) } else { Exposure::Unknown }
+        let (contact_free, pilot_rays) = contact_free_shares(context, finer, 0..finer.len(), |index| {
+            let before = self.contact_free[parents[index as usize] as usize];
+            if before == 0.0 || !was_cut(index as usize) { KnownContact::Known(before) } else { KnownContact::Unknown }
         });
         let is_sloped = |(index, parent): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
-            exposed[index] == 1.0 && (self.sloped[*parent as usize] || was_cut(index))
+            contact_free[index] == 1.0 && (self.sloped[*parent as usize] || was_cut(index))
         };
         let references = |(index, parent): (usize, &u32)| {
             let corners = corners_within(elements, finer, index as u32, *parent);
-            map.parts_lx(*parent as usize).map(|part| reference_on(Linear(part), corners, exposed[index]))
+            map.parts_lx(*parent as usize).map(|part| reference_on(Linear(part), corners, contact_free[index]))
         };
         Adaptive {
             sloped: parents.iter().enumerate().map(is_sloped).collect(),
             references_lx: parents.iter().enumerate().map(references).collect(),
-            exposed: exposed.clone(),
+            contact_free: contact_free.clone(),
             detail: Detail::new(finer.len()),
             rounds: self.rounds + 1,
             pilot_rays,
@@ -258,7 +258,7 @@ impl Adaptive {
     /// Shows slopes wherever the coarse elements that gather indirect light do, and uses their values as references.
     pub fn stand_on(&mut self, coarse: &CoarseElements) {
         for (site, child) in coarse.children.iter().enumerate() {
-            let whole = self.exposed[site] == 1.0;
+            let whole = self.contact_free[site] == 1.0;
             self.sloped[site] |= whole && coarse.shows_slopes(site);
             let Linear([mean, first, second]) = child.on(&coarse.shape.references_lx[child.parent as usize]);
             self.references_lx[site][1] = Linear(if whole { [mean, first, second] } else { [mean, 0.0, 0.0] });
@@ -267,7 +267,7 @@ impl Adaptive {
 
     /// Which slopes and which parts of the elements are shown.
     pub fn shows(&self) -> Shows<'_> {
-        (&self.sloped, &self.exposed)
+        (&self.sloped, &self.contact_free)
     }
 
     /// Target that the elements adapt to.

@@ -25,9 +25,9 @@ pub struct CoarseElements {
     /// What was gathered: only indirect light.
     pub map: ReplicaMap,
     /// Areas in m² of all entries of the map; 0 for slopes that are not shown.
-    pub weights: Vec<f64>,
-    /// Share of each element that is exposed (not hidden by contact).
-    pub exposed: Vec<f64>,
+    pub weights_m2: Vec<f64>,
+    /// Share of each element that is free of contact.
+    pub contact_free: Vec<f64>,
     /// Whether each element shows slopes.
     pub sloped: Vec<bool>,
     /// Data that the elements keep in addition to their sums.
@@ -72,38 +72,38 @@ impl CoarseElements {
     pub fn first(
         context: &Context,
         fine: &Elements,
-        fine_exposed: &[f64],
+        fine_contact_free: &[f64],
         [edge_m, slope_from_m]: [f64; 2],
         indirect_lx: f64,
     ) -> CoarseElements {
         let elements = fine.joined(context.scene, edge_m);
         let count = elements.len();
-        let exposed = exposed_of(context, &elements, fine, fine_exposed);
+        let contact_free = contact_free_of(context, &elements, fine, fine_contact_free);
         let is_sloped = |index: usize| {
             let area_m2 = elements.area_m2(context.scene, elements.element(index as u32));
-            exposed[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
+            contact_free[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
         };
         let sloped = (0..count).map(is_sloped).collect();
         let references_lx = vec![Linear::even(indirect_lx); count];
-        CoarseElements::new(context, elements, (sloped, exposed), references_lx, 0, fine)
+        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, 0, fine)
     }
 
     fn new(
         context: &Context,
         elements: Elements,
-        (sloped, exposed): (Vec<bool>, Vec<f64>),
+        (sloped, contact_free): (Vec<bool>, Vec<f64>),
         references_lx: Vec<Linear>,
         rounds: u32,
         fine: &Elements,
     ) -> CoarseElements {
-        let weights = element_weights(context, &elements, Some((&sloped, &exposed)));
+        let weights = element_weights(context, &elements, Some((&sloped, &contact_free)));
         let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds };
         let children = children_of(&elements, fine);
         let mut coarse = CoarseElements {
             elements,
             map: ReplicaMap::linear(0, Unit::Lux),
-            weights,
-            exposed,
+            weights_m2: weights,
+            contact_free,
             sloped,
             shape,
             children,
@@ -114,7 +114,7 @@ impl CoarseElements {
 
     /// Which slopes and which parts of the elements are shown.
     fn shows(&self) -> Shows<'_> {
-        (&self.sloped, &self.exposed)
+        (&self.sloped, &self.contact_free)
     }
 
     /// Forgets what was gathered.
@@ -125,15 +125,15 @@ impl CoarseElements {
     }
 
     /// Keeps what was gathered for a map whose elements have become finer. Returns whether that is possible. It is not possible if the
-    /// finer ones show that something hides what seemed exposed, or the other way round.
-    pub fn lay_under(&mut self, context: &Context, fine: &Elements, fine_exposed: &[f64]) -> bool {
-        let exposed = exposed_of(context, &self.elements, fine, fine_exposed);
+    /// finer ones show that something hides what seemed free, or the other way round.
+    pub fn lay_under(&mut self, context: &Context, fine: &Elements, fine_contact_free: &[f64]) -> bool {
+        let contact_free = contact_free_of(context, &self.elements, fine, fine_contact_free);
         let kind = |share: &f64| (*share > 0.0, *share < 1.0);
-        if exposed.iter().zip(&self.exposed).any(|(now, before)| kind(now) != kind(before)) {
+        if contact_free.iter().zip(&self.contact_free).any(|(now, before)| kind(now) != kind(before)) {
             return false;
         }
-        self.exposed = exposed;
-        self.weights = element_weights(context, &self.elements, Some(self.shows()));
+        self.contact_free = contact_free;
+        self.weights_m2 = element_weights(context, &self.elements, Some(self.shows()));
         self.children = children_of(&self.elements, fine);
         true
     }
@@ -145,7 +145,7 @@ impl CoarseElements {
 
     fn variation(&self, index: usize) -> Variation {
         let Linear([_, first, second]) = self.shape.references_lx[index];
-        let whole = self.exposed[index] == 1.0;
+        let whole = self.contact_free[index] == 1.0;
         self.shape.detail.variation(index, self.map.scales(index).1, [first, second], whole)
     }
 
@@ -153,7 +153,7 @@ impl CoarseElements {
     pub fn loss(&self, context: &Context) -> CoarseLoss {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
-        let (areas_m2, sloped) = (&self.weights[..sites], &self.sloped);
+        let (areas_m2, sloped) = (&self.weights_m2[..sites], &self.sloped);
         let sides = SideLosses::of(context, &self.elements, areas_m2, self.shows(), &variations);
         let mut loss = CoarseLoss::default();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
@@ -178,8 +178,14 @@ impl CoarseElements {
     }
 
     /// The elements after they were cut to `elements`, under a map of elements `fine`.
-    pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> CoarseElements {
-        let exposed = exposed_of(context, &elements, fine, fine_exposed);
+    pub fn cut(
+        &self,
+        context: &Context,
+        elements: Elements,
+        fine: &Elements,
+        fine_contact_free: &[f64],
+    ) -> CoarseElements {
+        let contact_free = contact_free_of(context, &elements, fine, fine_contact_free);
         let parents: Vec<u32> =
             (0..elements.len() as u32).map(|index| parent_of(&self.elements, &elements, index)).collect();
         let reference = |(index, parent): (usize, &u32)| {
@@ -187,29 +193,29 @@ impl CoarseElements {
             reference_on(
                 Linear(shown_lx),
                 corners_within(&self.elements, &elements, index as u32, *parent),
-                exposed[index],
+                contact_free[index],
             )
         };
         let cuts = |index: usize| elements.element(index as u32).cuts();
         let is_sloped = |(index, parent): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
             let were = self.sloped[*parent as usize];
-            exposed[index] == 1.0 && (were || cuts(index) > self.elements.element(*parent).cuts())
+            contact_free[index] == 1.0 && (were || cuts(index) > self.elements.element(*parent).cuts())
         };
         let sloped = parents.iter().enumerate().map(is_sloped).collect();
         let references_lx = parents.iter().enumerate().map(reference).collect();
-        CoarseElements::new(context, elements, (sloped, exposed), references_lx, self.shape.rounds + 1, fine)
+        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, self.shape.rounds + 1, fine)
     }
 }
 
 /// Exposed share of coarse elements, from that of the finer ones in them.
-fn exposed_of(context: &Context, coarse: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
+fn contact_free_of(context: &Context, coarse: &Elements, fine: &Elements, fine_contact_free: &[f64]) -> Vec<f64> {
     let mut found = vec![[0.0; 2]; coarse.len()];
-    for (index, exposed) in fine_exposed.iter().enumerate() {
+    for (index, contact_free) in fine_contact_free.iter().enumerate() {
         let [whole_m2, exposed_m2] = &mut found[parent_of(coarse, fine, index as u32) as usize];
         let area_m2 = fine.area_m2(context.scene, fine.element(index as u32));
         *whole_m2 += area_m2;
-        *exposed_m2 += area_m2 * exposed;
+        *exposed_m2 += area_m2 * contact_free;
     }
     let share = |[whole_m2, exposed_m2]: [f64; 2]| if exposed_m2 < whole_m2 { exposed_m2 / whole_m2 } else { 1.0 };
     found.into_iter().map(share).collect()

@@ -9,7 +9,7 @@ pub fn numbers_per_site(weights: &[f64], sites: usize) -> f64 {
     weights.iter().sum::<f64>() / weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-/// Whether elements that adapt show slopes, and the exposed share of each.
+/// Whether elements that adapt show slopes, and the contact-free share of each.
 pub type Shows<'a> = (&'a [bool], &'a [f64]);
 
 /// An empty map of elements, and its weights. They depend on what elements that adapt show.
@@ -25,19 +25,20 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
         Some(_) => ReplicaMap::linear(elements.len(), unit),
         None => ReplicaMap::new(elements.len(), unit),
     };
-    map.may_be_covered = true;
+    map.may_be_in_contact = true;
     (map, weights)
 }
 
-/// Weights of all entries of a map of elements: areas in m². Elements that adapt have their exposed area, and slopes that are not shown
+/// Weights of all entries of a map of elements: areas in m². Elements that adapt have their contact-free area, and slopes that are not shown
 /// have 0.
 pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
     let numbers = 0..elements.len() as u32;
     let area_m2: Vec<f64> = numbers.map(|index| elements.area_m2(context.scene, elements.element(index))).collect();
-    let Some((sloped, exposed)) = shows else {
+    let Some((sloped, contact_free)) = shows else {
         return area_m2;
     };
-    let area_m2: Vec<f64> = area_m2.iter().zip(exposed).map(|(area_m2, exposed)| area_m2 * exposed).collect();
+    let area_m2: Vec<f64> =
+        area_m2.iter().zip(contact_free).map(|(area_m2, contact_free)| area_m2 * contact_free).collect();
     let of_slopes = area_m2.iter().zip(sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
     let of_slopes: Vec<f64> = of_slopes.collect();
     [area_m2, of_slopes.clone(), of_slopes].concat()

@@ -50,9 +50,9 @@ pub fn corners_within(elements: &Elements, finer: &Elements, index: u32, parent:
     })
 }
 
-/// A function on a child of its element, as a reference for samples. It is constant if the child is only partly exposed, since samples are
+/// A function on a child of its element, as a reference for samples. It is constant if the child is only partly free of contact, since samples are
 /// not evenly distributed in it then.
-pub fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
+pub fn reference_on(function: Linear, corners: [[f64; 2]; 3], contact_free: f64) -> Linear {
     let Linear([mean, first, second]) = function.on_piece(corners);
-    if exposed < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }
+    if contact_free < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }
 }

@@ -111,7 +111,7 @@ fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) 
 
 /// Reports which luminaires keep elements from being cut.
 fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
-    let lights = context.stage.near_lights.as_ref().filter(|lights| lights.touch())?;
+    let lights = context.stage.near_luminaires.as_ref().filter(|lights| lights.touch())?;
     if !are_to_adapt(settings, jobs) {
         return None;
     }
@@ -190,7 +190,7 @@ fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String
             map.name,
             check.value.unwrap_or(f64::NAN),
             check.limit,
-            check.says,
+            check.explanation,
             if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
         )
     });
@@ -313,7 +313,7 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
             passed,
             value: Some(check.z_score.abs()),
             limit: MOST_DEVIATION,
-            says: "the elements absorb another flux than the luminaires emit".to_owned(),
+            explanation: "the elements absorb another flux than the luminaires emit".to_owned(),
         });
         job.met &= passed;
         job.looks.refused |= !passed;

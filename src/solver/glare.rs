@@ -145,7 +145,7 @@ pub(super) fn words_on_outside(context: &Context, rating: &GlareRating) -> Optio
             format!(
                 "{} {} ({}{more})",
                 members.len(),
-                reason.says(),
+                reason.explanation(),
                 members[..members.len().min(MOST_NAMES)].join(", ")
             )
         })

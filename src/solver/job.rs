@@ -33,9 +33,9 @@ use super::ends::Ends;
 use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
+use super::passes::{self, Deposits};
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
-use super::sweep::{self, Deposits};
 use crate::estimators::control_variate::ControlVariates;
 use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, judge};
 use crate::scene::Elements;
@@ -90,7 +90,7 @@ pub struct Job {
     /// Reason for this engine, in words for the summary.
     pub method_reason: String,
     /// Variance of its direct light in one replica in lx², from the latest look.
-    pub direct_variance: f64,
+    pub direct_variance_lx2: f64,
     /// Cost of a sample as measured by the pilots, and how direct and indirect light share the work.
     costs: Costs,
     share: DirectShare,
@@ -194,7 +194,7 @@ impl Job {
             looks: Looks::default(),
             engine,
             method_reason: String::new(),
-            direct_variance: 0.0,
+            direct_variance_lx2: 0.0,
             costs: Costs::default(),
             share: DirectShare::default(),
             expectations: ControlVariates::default(),
@@ -295,8 +295,8 @@ impl Job {
     }
 
     /// Goes forward by one slice of work towards a number of samples in every replica. Returns whether that number is reached.
-    /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can end the run during the
-    /// sweep.
+    /// Direct light goes first. Passes over very many entries take several slices, so that a limit or the user can end the run during
+    /// a pass.
     /// `sets` are the cells that gathering rays look up. It is `None` if no map gathers.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.work.rays, Instant::now());
@@ -349,15 +349,15 @@ impl Job {
         // The first pass also makes the control variate of every point.
         let survey_rays = if self.map.direct_samples.complete == 0 { self.expectations.survey_rays } else { 0.0 };
         let rays = self.share.rays_per_pass + survey_rays * self.map.len() as f64 / REPLICAS as f64;
-        let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
+        let (entries, times) = slice_of_passes(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
         let rays = match (self.kind, &mut self.adapting.adaptive) {
             (MapKind::Elements, Some(adaptive)) => {
-                sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
+                passes::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
             }
-            (MapKind::Elements, None) => sweep::direct_over_elements(context, elements, map, part.0, part.1),
+            (MapKind::Elements, None) => passes::direct_over_elements(context, elements, map, part.0, part.1),
             (MapKind::Receivers(set), _) => {
-                sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
+                passes::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
             }
         };
         self.work.rays += rays;
@@ -390,7 +390,7 @@ impl Job {
     /// Judges the present error.
     pub fn judge(&mut self, context: &Context) {
         self.looks.judged_samples = self.samples;
-        self.direct_variance = self.map.direct_variance(&self.weights);
+        self.direct_variance_lx2 = self.map.direct_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adapting.adaptive {
             let coarse = self.adapting.coarse.as_ref();
@@ -437,8 +437,8 @@ impl Job {
     }
 }
 
-/// The part of a sweep that one slice does: a range of entries, and a range of passes over them.
-fn slice_of_sweep(
+/// The part of the passes that one slice does: a range of entries, and a range of passes over them.
+fn slice_of_passes(
     context: &Context,
     tally: Tally,
     goal: u64,

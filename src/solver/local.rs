@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::context::Context;
 use super::pace::TimeLeft;
+use super::passes::merged;
 use super::pilot::PartCost;
 use super::streams::{emission_shift, spread_choice};
-use super::sweep::merged;
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
 use crate::maps::{MapKind, PartScores, ReplicaMap};
@@ -93,7 +93,7 @@ impl LocalPlan {
         let entries = weights.len().max(1) as f64;
         let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         PartCost {
-            variance: self.variance_per_round / weight,
+            variance_lx2: self.variance_per_round / weight,
             rays: self.rays_per_round / entries,
             sharing_rays: 0.0,
             choosing: 0.0,
@@ -104,7 +104,7 @@ impl LocalPlan {
 
     /// Weighted variance of a single chain relative to the squared mean of indirect light, approximately.
     pub fn scatter(&self, weights: &[f64]) -> f64 {
-        self.cost(weights).variance * self.chains_per_round as f64
+        self.cost(weights).variance_lx2 * self.chains_per_round as f64
             / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
     }
 
@@ -148,9 +148,9 @@ impl LocalPlan {
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
-        let (mut rays, mut asked_at) = (0, 0);
+        let (mut rays, mut looked_at) = (0, 0);
         for chain in chains {
-            if patience.is_at_an_end(rays, &mut asked_at) {
+            if patience.is_at_an_end(rays, &mut looked_at) {
                 break;
             }
             rays += if self.quasi {
@@ -180,13 +180,13 @@ impl LocalPlan {
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), task.replica);
         let mut cut = Cut::default();
-        let (mut rays, mut asked_at) = (0, 0);
+        let (mut rays, mut looked_at) = (0, 0);
         for (entry, point) in receivers.points.iter().enumerate() {
             let a_round = self.walks_per_round as f64 * self.anchors.walk_rate(entry);
             stream.seek(u64::MAX - entry as u64);
             let phase = stream.unit();
             let until = |round: u64| (round as f64 * a_round + phase) as u64;
-            if patience.is_at_an_end(rays, &mut asked_at) {
+            if patience.is_at_an_end(rays, &mut looked_at) {
                 break;
             }
             for walk in until(rounds.start)..until(rounds.end) {
@@ -213,9 +213,9 @@ struct RoundPatience<'a> {
 
 impl RoundPatience<'_> {
     /// Whether the round is given up. It reads the clock every `RAYS_BETWEEN_LOOKS` rays of a task.
-    fn is_at_an_end(&self, rays: u64, asked_at: &mut u64) -> bool {
-        if self.may_end && rays > *asked_at + RAYS_BETWEEN_LOOKS {
-            *asked_at = rays;
+    fn is_at_an_end(&self, rays: u64, looked_at: &mut u64) -> bool {
+        if self.may_end && rays > *looked_at + RAYS_BETWEEN_LOOKS {
+            *looked_at = rays;
             if (self.context.time_left)() == TimeLeft::LongOver {
                 self.given_up.store(true, Relaxed);
             }

@@ -92,14 +92,14 @@ pub fn merge<E>(
     spending.add(Activity::Judging, 0, judging);
     maps.iter_mut().for_each(|map| map.job.settle_merged(settings.target_error));
     let needed = settings.target_error.map(|target| needed_of_all(&maps, target, whole_shares.len()));
-    let told: Vec<(u64, String)> = maps.iter().map(|map| (map.chains, map.methods())).collect();
+    let of_maps: Vec<(u64, String)> = maps.iter().map(|map| (map.chains, map.methods())).collect();
     let mut jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
     let stop_reason = if jobs.iter().all(Job::is_exact) { StopReason::Exact } else { StopReason::Shares };
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let (target_error, begun_wall_s) = (settings.target_error, 0.0);
     let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
     let mut solution = finish(&context, settings, &mut jobs, ending);
-    for (map, (chains, methods)) in solution.maps.iter_mut().zip(told) {
+    for (map, (chains, methods)) in solution.maps.iter_mut().zip(of_maps) {
         (map.chains, map.method) = (chains, methods);
         map.method_reason = "that of the shares".to_owned();
     }
@@ -209,14 +209,14 @@ impl MergedMap {
             true => self.luminous_flux_lm / self.job.weights[places.of(entry)].max(f64::MIN_POSITIVE),
             false => 1.0,
         };
-        // A sweep that a limit ended midway leaves some entries with one sample more. Their means count like the others.
+        // A pass that a limit ended midway leaves some entries with one sample more. Their means count like the others.
         let of_direct: Vec<f64> =
             (0..share.entries).map(|entry| direct / share.direct_samples.of(entry).max(1) as f64).collect();
         let of_indirect: Vec<f64> = (0..share.entries)
             .map(|entry| in_lx(entry) * indirect / share.indirect_samples.of(entry).max(1) as f64)
             .collect();
         let map = &mut self.job.map;
-        add_slabs(&mut map.direct, &sums.direct, &of_direct, places);
+        add_slabs(&mut map.direct_lx, &sums.direct_lx, &of_direct, places);
         add_slabs(&mut map.indirect, &sums.indirect, &of_indirect, places);
         if self.is_alike {
             // Deviations are compared with the samples of the whole.

@@ -73,7 +73,7 @@ const WORK_OF_A_SHARING_RAY: f64 = 0.55;
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PartCost {
     /// Variance of an entry's value in lx², weighted mean over the entries.
-    pub variance: f64,
+    pub variance_lx2: f64,
     /// Rays per entry.
     pub rays: f64,
     /// Those of `rays` that go between points and neighbours that share them (`estimators::neighbours`). They are short and similar, so
@@ -90,7 +90,7 @@ pub struct PartCost {
 impl PartCost {
     /// The cost for entries that show `numbers` numbers each.
     pub fn times(self, numbers: f64) -> PartCost {
-        PartCost { variance: self.variance * numbers, ..self }
+        PartCost { variance_lx2: self.variance_lx2 * numbers, ..self }
     }
 
     /// Work of an entry, in rays that take their full time, without choosing among luminaires.
@@ -132,7 +132,7 @@ impl DirectShare {
     pub fn of(direct: PartCost, indirect: PartCost, [direct_entries, indirect_entries]: [usize; 2]) -> DirectShare {
         let rays = direct.rays.max(LEAST_RAYS_PER_PASS);
         let rays_ratio = indirect.rays * indirect_entries as f64 / (rays * direct_entries.max(1) as f64);
-        let best = (direct.variance / indirect.variance * rays_ratio).sqrt();
+        let best = (direct.variance_lx2 / indirect.variance_lx2 * rays_ratio).sqrt();
         let best = if best.is_nan() { 0.0 } else { best };
         let rays_ratio = if rays_ratio.is_nan() { 0.0 } else { rays_ratio };
         DirectShare {
@@ -160,9 +160,9 @@ pub fn direct_cost(
     let mut sites = Sites::default();
     for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
         stream.seek(index as u64);
-        let exposed = adaptive.map_or(1.0, |adaptive| adaptive.exposed[index]);
-        let element = Element::of(stage, scene, elements, index as u32).exposed(exposed);
-        if exposed == 0.0 {
+        let contact_free = adaptive.map_or(1.0, |adaptive| adaptive.contact_free[index]);
+        let element = Element::of(stage, scene, elements, index as u32).contact_free(contact_free);
+        if contact_free == 0.0 {
             continue;
         }
         if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && context.is_over() {
@@ -187,7 +187,7 @@ pub fn direct_cost(
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
     let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
     let error_lx = context.target_error * usual.mean_lx;
-    let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
+    let rays_of_samples = usual.variance_lx2 * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
     let looks = USUAL_SURVEY * rays_of_samples / survey_rays;
     if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_SURVEY)) {
         return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
@@ -248,22 +248,23 @@ pub fn indirect_cost(
     }
 }
 
-/// Measures walks from random points of elements. `exposed` is the exposed share of each element (not hidden by contact); it is empty if
+/// Measures walks from random points of elements. `contact_free` is the contact-free share of each element (not hidden by contact); it is empty if
 /// elements count as a whole.
-pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[f64]) -> PartCost {
+pub fn walk_cost_in_elements(context: &Context, elements: &Elements, contact_free: &[f64]) -> PartCost {
     let (stage, number) = (context.stage, MapKind::Elements.number());
     let stride = elements.len().div_ceil(MOST_SITES).max(1);
     let indices =
         scattered(elements.len().div_ceil(stride)).map(|site| site * stride).filter(|index| *index < elements.len());
-    let indices: Vec<usize> = indices.filter(|index| exposed.get(*index).is_none_or(|share| *share > 0.0)).collect();
+    let indices: Vec<usize> =
+        indices.filter(|index| contact_free.get(*index).is_none_or(|share| *share > 0.0)).collect();
     let walk_from = |index: &usize| {
-        let share = exposed.get(*index).copied().unwrap_or(1.0);
-        let element = Element::of(stage, context.scene, elements, *index as u32).exposed(share);
+        let share = contact_free.get(*index).copied().unwrap_or(1.0);
+        let element = Element::of(stage, context.scene, elements, *index as u32).contact_free(share);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 4);
         stream.seek(*index as u64);
         let (mut cut, mut site) = (Cut::default(), Sites::default());
         site.add(context, element.area_m2 * share, WALKS, || {
-            let (at, drawing_rays) = element.draw_exposed(stage, &mut stream);
+            let (at, drawing_rays) = element.draw_contact_free(stage, &mut stream);
             let origin = element.origin(stage, at);
             let receiver =
                 Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
@@ -368,7 +369,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     }
     let chains = chains as f64;
     PartCost {
-        variance: variance / chains,
+        variance_lx2: variance / chains,
         rays: rays as f64 / chains / count as f64,
         sharing_rays: 0.0,
         choosing: 0.0,
@@ -401,7 +402,7 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
     }
     let chains = chains as f64;
     PartCost {
-        variance: variance / chains,
+        variance_lx2: variance / chains,
         rays: rays as f64 / chains / points.len() as f64,
         sharing_rays: 0.0,
         choosing: 0.0,
@@ -427,7 +428,7 @@ struct Sites {
 impl Sites {
     fn add(&mut self, context: &Context, weight: f64, samples: u64, mut sample: impl FnMut() -> (f64, u64)) {
         let (mut sum, mut squares) = (0.0, 0.0);
-        let (mut taken, mut asked_at) = (0, 0.0);
+        let (mut taken, mut looked_at) = (0, 0.0);
         while taken < samples {
             let (lx, rays) = sample();
             sum += lx;
@@ -435,8 +436,8 @@ impl Sites {
             self.rays += rays as f64;
             taken += 1;
             // Walks may be long, so the clock is read every `RAYS_BETWEEN_LOOKS` rays.
-            if self.rays - asked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
-                asked_at = self.rays;
+            if self.rays - looked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
+                looked_at = self.rays;
                 if context.is_over() {
                     break;
                 }
@@ -466,7 +467,7 @@ impl Sites {
     fn cost(&self) -> PartCost {
         let weight = self.weight.max(f64::MIN_POSITIVE);
         PartCost {
-            variance: self.variance / weight,
+            variance_lx2: self.variance / weight,
             rays: self.rays / self.samples.max(1.0),
             sharing_rays: self.sharing_rays / self.samples.max(1.0),
             choosing: self.weighed / WEIGHED_PER_RAY / self.samples.max(1.0),

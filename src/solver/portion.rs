@@ -93,7 +93,7 @@ pub struct MapOfShare {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapSums {
     /// Sums of direct scores in lx, one slab per replica.
-    pub direct: Vec<Vec<f64>>,
+    pub direct_lx: Vec<Vec<f64>>,
     /// Sums of indirect scores (lx, or counts of packets), one slab per replica.
     pub indirect: Vec<Vec<f64>>,
     /// Uncertainty of the cells at every element or point, relative to its root mean square; empty if nothing gathered.
@@ -104,7 +104,7 @@ impl MapSums {
     /// Whether all replicas are equal.
     pub(super) fn are_without_chance(&self) -> bool {
         let are_equal = |slabs: &[Vec<f64>]| slabs.windows(2).all(|pair| pair[0] == pair[1]);
-        are_equal(&self.direct) && are_equal(&self.indirect)
+        are_equal(&self.direct_lx) && are_equal(&self.indirect)
     }
 }
 
@@ -144,5 +144,5 @@ pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
         ends: job.ends,
     };
     let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
-    (about, MapSums { direct: job.map.direct, indirect: job.map.indirect, cells_profile })
+    (about, MapSums { direct_lx: job.map.direct_lx, indirect: job.map.indirect, cells_profile })
 }

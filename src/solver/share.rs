@@ -60,7 +60,7 @@ pub fn solve_share(
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<MapSums>) {
     let portion = portion.into();
-    told(portion, solve_as(scene, settings, Some(portion), None, observer))
+    as_share(portion, solve_as(scene, settings, Some(portion), None, observer))
 }
 
 /// Resumes a stored share.
@@ -71,11 +71,11 @@ pub fn resume_share(
     going_on: GoingOn,
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<MapSums>) {
-    told(portion, solve_as(scene, settings, Some(portion), Some(going_on), observer))
+    as_share(portion, solve_as(scene, settings, Some(portion), Some(going_on), observer))
 }
 
 /// The results of a share once it has ended.
-fn told(
+fn as_share(
     portion: Portion,
     (solution, maps): (Solution, Vec<(MapOfShare, MapSums)>),
 ) -> (Solution, ShareRecord, Vec<MapSums>) {

@@ -30,13 +30,13 @@ impl SideLosses {
         context: &Context,
         elements: &Elements,
         areas_m2: &[f64],
-        (sloped, exposed): Shows,
+        (sloped, contact_free): Shows,
         variations: &[Variation],
     ) -> SideLosses {
         let mut sides: HashMap<(u32, &'static str), SideOfSurface> = HashMap::new();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
             let side = sides.entry(side_of(context, elements, index)).or_default();
-            if exposed[index] == 1.0 {
+            if contact_free[index] == 1.0 {
                 side.add(variation, *area_m2, sloped[index]);
             }
         }
@@ -50,10 +50,10 @@ impl SideLosses {
         elements: &Elements,
         index: usize,
         area_m2: f64,
-        (sloped, exposed): Shows,
+        (sloped, contact_free): Shows,
     ) -> f64 {
         let side = self.0.get(&side_of(context, elements, index));
-        side.map_or(0.0, |side| side.lx2(area_m2, sloped[index], exposed[index] == 1.0))
+        side.map_or(0.0, |side| side.lx2(area_m2, sloped[index], contact_free[index] == 1.0))
     }
 }
 

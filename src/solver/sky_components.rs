@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::context::Context;
 use super::job::Job;
 use crate::base::half_samples::{PARTED, mean_and_halves, standard_error};
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyPath, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::receiver::Receiver;
 use crate::maps::{Estimate, MapKind, MapValues};
@@ -40,12 +40,12 @@ struct SkyWayTally<'a>(&'a mut LightBySkyWay);
 
 impl CoefficientTally for SkyWayTally<'_> {
     #[inline]
-    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyPath) {
         let place = match way {
-            SkyWay::Straight if way.component(towards) == SkyWay::Straight => 0,
-            SkyWay::Straight => 1,
-            SkyWay::FromOutside => 2,
-            SkyWay::FromInside => 3,
+            SkyPath::Straight if way.component(towards) == SkyPath::Straight => 0,
+            SkyPath::Straight => 1,
+            SkyPath::FromOutside => 2,
+            SkyPath::FromInside => 3,
         };
         self.0[place] += lx;
     }

@@ -285,7 +285,7 @@ impl Solution {
         let target = self.target_error?;
         let map = self.maps.iter().find(|map| map.bound && map.target_met == Some(false))?;
         if let Some(check) = map.checks.iter().find(|check| !check.passed) {
-            return Some(format!("the check \"{}\" of \"{}\" failed: {}", check.name, map.name, check.says));
+            return Some(format!("the check \"{}\" of \"{}\" failed: {}", check.name, map.name, check.explanation));
         }
         if map.error.dark_upper_bound_lx.is_some() {
             return Some(format!("no light has reached \"{}\" yet", map.name));

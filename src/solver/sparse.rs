@@ -85,15 +85,16 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     if count == 0 || scores == 0.0 {
         return;
     }
-    job.look_for_cover(context);
-    let exposed = &job.adapting.exposed[..];
+    job.find_contact(context);
+    let contact_free = &job.adapting.contact_free[..];
     let probes: Vec<u32> = longer.iter().step_by(count.div_ceil(PROBES)).copied().collect();
     let mut cut = Cut::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
     let is_long_over = || (context.time_left)() == TimeLeft::LongOver;
     let mut probe_rays = 0;
     for element in probes.iter().take_while(|_| !is_long_over()) {
-        probe_rays += walk_from_element(context, (*element, exposed[*element as usize]), 0, &mut cut, &mut stream).1;
+        probe_rays +=
+            walk_from_element(context, (*element, contact_free[*element as usize]), 0, &mut cut, &mut stream).1;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     job.work.rays += probe_rays;
@@ -113,8 +114,13 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
             for element in sparse[replica % 2].iter().take_while(|_| !is_long_over()) {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
-                    let (lx, walk_rays) =
-                        walk_from_element(context, (*element, exposed[*element as usize]), walk, &mut cut, &mut stream);
+                    let (lx, walk_rays) = walk_from_element(
+                        context,
+                        (*element, contact_free[*element as usize]),
+                        walk,
+                        &mut cut,
+                        &mut stream,
+                    );
                     sum_lx += lx;
                     rays += walk_rays;
                 }
@@ -139,30 +145,30 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     }
 }
 
-/// Traces one walk from a random point of an element side with this exposed share. Returns the indirect illuminance in lx, 0 if the point
+/// Traces one walk from a random point of an element side with this contact-free share. Returns the indirect illuminance in lx, 0 if the point
 /// is hidden by contact, and the rays traced.
 fn walk_from_element(
     context: &Context,
-    (index, exposed): (u32, f64),
+    (index, contact_free): (u32, f64),
     walk: u64,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let stage = context.stage;
-    if exposed == 0.0 {
+    if contact_free == 0.0 {
         return (0.0, 0);
     }
     stream.seek((u64::from(index) << 32) | walk);
-    let element = Element::of(stage, context.scene, &stage.elements, index).exposed(exposed);
-    let (at, asked) = element.draw_of_whole(stage, stream);
+    let element = Element::of(stage, context.scene, &stage.elements, index).contact_free(contact_free);
+    let (at, tested_rays) = element.draw_of_whole(stage, stream);
     let Some(at) = at else {
-        return (0.0, asked);
+        return (0.0, tested_rays);
     };
     let origin = element.origin(stage, at);
     let receiver =
         Receiver { point_m: stage.tracer.position_m(&origin), normal: element.normal_at(stage, at), origin: &origin };
     let (lx, rays) = sample_indirect_lx(stage, &receiver, cut, stream);
-    (lx, asked + rays)
+    (lx, tested_rays + rays)
 }
 
 #[cfg(test)]
@@ -172,10 +178,10 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-    use crate::solver::exposure::{Exposure, exposed_shares};
+    use crate::solver::contact::{KnownContact, contact_free_shares};
 
     /// The top of a beam lies on the ceiling. No packet comes there, so no walk from there finds light. Planted fault: walks that assume
-    /// the top is exposed and start near its edge find light. Seed 2, 400 walks from each element; those that start in the hidden area are
+    /// the top is free of contact and start near its edge find light. Seed 2, 400 walks from each element; those that start in the hidden area are
     /// counted.
     #[test]
     fn walks_from_what_is_covered_find_nothing_up_to_its_edge() {
@@ -190,7 +196,8 @@ mod tests {
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
         let context = Context::of_a_test(&scene, &stage, 2);
-        let exposed = exposed_shares(&context, &stage.elements, 0..stage.elements.len(), |_| Exposure::Unknown).0;
+        let contact_free =
+            contact_free_shares(&context, &stage.elements, 0..stage.elements.len(), |_| KnownContact::Unknown).0;
         // Elements of the beam's top, and those of the ceiling whose walks start below the beam.
         let elements_of = |name: &str| {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface");
@@ -217,7 +224,7 @@ mod tests {
             sum_lx
         };
         for name in ["beam/ceiling", "room/ceiling"] {
-            let known_lx = found_lx(name, &|element| exposed[element as usize].min(0.5));
+            let known_lx = found_lx(name, &|element| contact_free[element as usize].min(0.5));
             let faulty_lx = found_lx(name, &|_| 1.0);
             assert!(known_lx == 0.0 && faulty_lx > 0.0, "{name}: {known_lx} {faulty_lx}");
         }

@@ -20,8 +20,8 @@ pub struct Starts<'a> {
     pub kind: MapKind,
     /// The elements, if rays start from elements.
     pub elements: &'a Elements,
-    /// Share of every element that is exposed (not hidden by contact).
-    pub exposed: &'a [f64],
+    /// Share of every element that is free of contact.
+    pub contact_free: &'a [f64],
     /// Whether elements count as a whole, including what is hidden by contact.
     pub as_wholes: bool,
     /// Number of the streams. A map that starts anew uses new random numbers.
@@ -58,8 +58,8 @@ impl Starts<'_> {
         match self.kind {
             MapKind::Elements => {
                 let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
-                let share = self.exposed.get(entry).copied().unwrap_or(1.0);
-                (share > 0.0).then(|| Site::Element(element.exposed(share)))
+                let share = self.contact_free.get(entry).copied().unwrap_or(1.0);
+                (share > 0.0).then(|| Site::Element(element.contact_free(share)))
             }
             MapKind::Receivers(set) => {
                 let receivers = &self.context.scene.receivers[set];
@@ -80,7 +80,7 @@ impl Starts<'_> {
                 let (at, rays) = if self.as_wholes {
                     element.draw_of_whole(stage, stream)
                 } else {
-                    let (at, rays) = element.draw_exposed(stage, stream);
+                    let (at, rays) = element.draw_contact_free(stage, stream);
                     (Some(at), rays)
                 };
                 let (at, weight) = at.map_or(([0.0; 2], 0.0), |at| (at, 1.0));

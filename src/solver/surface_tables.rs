@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
+use super::contact::{CONTACT_POINTS, KnownContact, contact_free_shares};
 use super::context::Context;
-use super::exposure::{COVER_POINTS, Exposure, exposed_shares};
 use super::job::Job;
 use crate::maps::{
     CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
@@ -17,7 +17,7 @@ use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene
 const CENTROID: [f64; 2] = [1.0 / 3.0; 2];
 
 /// Largest share of a map's rays that tests for contact occlusion may take.
-const SHARE_OF_COVER: f64 = 0.1;
+const SHARE_OF_CONTACT: f64 = 0.1;
 
 /// A side of a surface that the element map reports.
 struct SurfaceSide {
@@ -36,18 +36,19 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     };
     let rare_scores = job.map.rare_scores();
     // Adaptive elements are reported without their hidden part. Given elements are means over the hidden part too.
-    let exposed = if job.adapting.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
-    let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
-    let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
+    let contact_free =
+        if job.adapting.adaptive.is_some() { Vec::new() } else { contact_free_of_given(context, job, &sides) };
+    let contact_free_of = |entry: usize| contact_free.get(entry).copied().unwrap_or(1.0);
+    let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), contact_free_of);
     let row = |(of, average_left_lx): (SurfaceSide, Option<f64>)| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
         let mut slopes = Vec::new();
         if let Some(grid) = &mut of.grid {
-            fit_to_elements(grid, job, &exposed);
-            slopes = slopes_of_given(context.scene, job, &of.entries, &exposed, grid);
+            fit_to_elements(grid, job, &contact_free);
+            slopes = slopes_of_given(context.scene, job, &of.entries, &contact_free, grid);
         }
-        let covered = |(entry, weight): (&usize, &f64)| weight * (1.0 - exposed_of(*entry));
+        let in_contact = |(entry, weight): (&usize, &f64)| weight * (1.0 - contact_free_of(*entry));
         let subject = TableSubject {
             name: &context.scene.surfaces[of.surface as usize].name,
             kind: TableKind::Surface,
@@ -55,7 +56,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
             entries: &of.entries,
             weights: &weights,
             area_m2: weights.iter().sum(),
-            covered_area_m2: of.entries.iter().zip(&weights).map(covered).sum(),
+            covered_area_m2: of.entries.iter().zip(&weights).map(in_contact).sum(),
             places: Places::Grid {
                 grid: of.grid.as_ref().filter(|grid| !grid.cells.is_empty()),
                 discretisation_lx: &discretisation_lx,
@@ -82,7 +83,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
 fn remaining_in_averages_lx<'a>(
     job: &Job,
     rows: impl ExactSizeIterator<Item = &'a [usize]>,
-    exposed: impl Fn(usize) -> f64,
+    contact_free: impl Fn(usize) -> f64,
 ) -> Vec<Option<f64>> {
     let gathered = job.gathered();
     let known = gathered.residuals.as_ref().filter(|residuals| residuals.walks > 0).zip(gathered.cells_error.as_ref());
@@ -90,10 +91,10 @@ fn remaining_in_averages_lx<'a>(
     let of_row = |entries: &[usize]| match &job.adapting.coarse {
         Some(coarse) => {
             let sites: BTreeSet<usize> = entries.iter().map(|entry| coarse.children[*entry].parent as usize).collect();
-            RemainingInAverage::of(residuals, error, sites.into_iter().map(|site| (site, coarse.weights[site])))
+            RemainingInAverage::of(residuals, error, sites.into_iter().map(|site| (site, coarse.weights_m2[site])))
         }
         None => {
-            let weight = |entry: &usize| (*entry, job.weights[*entry] * exposed(*entry));
+            let weight = |entry: &usize| (*entry, job.weights[*entry] * contact_free(*entry));
             RemainingInAverage::of(residuals, error, entries.iter().map(weight))
         }
     };
@@ -114,7 +115,7 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
                 continue;
             }
             let share = |element: u32| match &job.adapting.adaptive {
-                Some(adaptive) => (adaptive.exposed[element as usize], 1.0),
+                Some(adaptive) => (adaptive.contact_free[element as usize], 1.0),
                 None => (1.0, 1.0),
             };
             let sizes = if job.adapting.adaptive.is_some() { ElementSizes::Any } else { ElementSizes::Fine };
@@ -129,29 +130,29 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
 /// map's own rays. In that case it is tested closely only for grids, and elsewhere elements that are wholly hidden are left out of the
 /// average. If the run has ended, for example by a limit, one point of an element decides, and only for grids. Otherwise whatever stands on
 /// a floor would make its least value 0.
-fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
-    if !job.adapting.exposed.is_empty() {
-        return job.adapting.exposed.clone();
+fn contact_free_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
+    if !job.adapting.contact_free.is_empty() {
+        return job.adapting.contact_free.clone();
     }
-    let mut is_asked_for = vec![false; job.elements.len()];
+    let mut is_requested = vec![false; job.elements.len()];
     for of in sides.iter().filter(|of| of.grid.is_some()) {
-        of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
+        of.entries.iter().for_each(|entry| is_requested[*entry] = true);
     }
     let has_ended = context.is_over();
-    let is_cheap = (COVER_POINTS * job.elements.len() as u64) as f64 <= SHARE_OF_COVER * job.all_rays() as f64;
-    let known = |index: u32| match is_asked_for[index as usize] {
-        true if has_ended => Exposure::AtAPlace,
-        false if has_ended || !is_cheap => Exposure::AsAWhole,
-        _ => Exposure::Unknown,
+    let is_cheap = (CONTACT_POINTS * job.elements.len() as u64) as f64 <= SHARE_OF_CONTACT * job.all_rays() as f64;
+    let known = |index: u32| match is_requested[index as usize] {
+        true if has_ended => KnownContact::AtAPlace,
+        false if has_ended || !is_cheap => KnownContact::AsAWhole,
+        _ => KnownContact::Unknown,
     };
-    exposed_shares(context, &job.elements, 0..job.elements.len(), known).0
+    contact_free_shares(context, &job.elements, 0..job.elements.len(), known).0
 }
 
 /// Removes the hidden part of given elements from a grid's cells, and slopes from elements that show none.
-fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
+fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, contact_free: &[f64]) {
     for part in grid.cells.iter_mut().flatten() {
         let element = part.element as usize;
-        if let Some(share) = exposed.get(element) {
+        if let Some(share) = contact_free.get(element) {
             part.area_m2 *= share;
             part.scale = if *share > 0.0 { 1.0 / share } else { 0.0 };
         }
@@ -159,7 +160,7 @@ fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
             part.at = CENTROID;
         }
     }
-    grid.leave_out_covered();
+    grid.leave_out_contact();
 }
 
 /// Changes by the slopes of light across given elements in the cells that cut them. Adaptive elements have slopes of their own.
@@ -167,7 +168,7 @@ fn slopes_of_given(
     scene: &Scene,
     job: &Job,
     entries: &[usize],
-    exposed: &[f64],
+    contact_free: &[f64],
     grid: &EvaluationGrid,
 ) -> Vec<CellSlopes> {
     if job.adapting.adaptive.is_some() {
@@ -177,7 +178,7 @@ fn slopes_of_given(
         (0..HALF).map(|pair| job.map.illuminance_lx(2 * pair + first, entry)).sum::<f64>() / HALF as f64
     };
     let halves_lx = |entry: usize| [0, 1].map(|first| half_lx(entry, first));
-    grid_slopes(scene, &job.elements, entries, grid, |entry| exposed[entry] == 1.0, halves_lx)
+    grid_slopes(scene, &job.elements, entries, grid, |entry| contact_free[entry] == 1.0, halves_lx)
 }
 
 /// The table row of a receiver set.

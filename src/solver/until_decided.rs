@@ -57,7 +57,7 @@ pub fn solve_to_verdicts<E>(
     ladder: VerdictLadder,
     solve: impl Fn(&Settings) -> Result<Solution, E>,
 ) -> Result<Solution, E> {
-    let asked_for: Vec<MapKind> = map_requests(scene, &settings.maps).into_iter().map(|(kind, _)| kind).collect();
+    let requested: Vec<MapKind> = map_requests(scene, &settings.maps).into_iter().map(|(kind, _)| kind).collect();
     let mut error = ladder.first_error;
     let mut taken = TakenTogether::default();
     let mut best: Option<Solution> = None;
@@ -69,7 +69,7 @@ pub fn solve_to_verdicts<E>(
             solution = Solution { stop_reason: solution.stop_reason, ..before };
         }
         let mut found = verdicts(scene, &solution);
-        found.retain(|verdict| asked_for.contains(&MapKind::Receivers(verdict.set)));
+        found.retain(|verdict| requested.contains(&MapKind::Receivers(verdict.set)));
         let look = taken.errors.len() as u32;
         let open: Vec<&Verdict> = found.iter().filter(|verdict| is_open(verdict, look)).collect();
         let ends = is_cut_short || matches!(solution.stop_reason, StopReason::Exact | StopReason::FinestMesh);

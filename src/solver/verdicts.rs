@@ -125,9 +125,9 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     };
     // The verdict itself accounts for the pull of random error on extreme values, by the number of points. So it is removed from the error
     // here.
-    let alone = |told: Estimate, pulled: f64| Estimate {
-        standard_error: (told.standard_error.powi(2) - pulled.powi(2)).max(0.0).sqrt(),
-        ..told
+    let alone = |estimate: Estimate, pulled: f64| Estimate {
+        standard_error: (estimate.standard_error.powi(2) - pulled.powi(2)).max(0.0).sqrt(),
+        ..estimate
     };
     let [least_lx, most_lx] = row.pulled_lx;
     let (mean_lx, greatest_lx) = (row.average_lx.value, row.maximum_lx.value);
@@ -187,20 +187,20 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
     let places: Vec<Estimate> = points.iter().map(over_greatest).collect();
     let ratio = over_greatest(least);
     let of_greatest = ratio.value * greatest.standard_error / greatest.value;
-    let told = Estimate { standard_error: ratio.standard_error.hypot(of_greatest), ..ratio };
-    found(map, requirement, told, 0.0, &places, [0.0, 1.0])
+    let estimate = Estimate { standard_error: ratio.standard_error.hypot(of_greatest), ..ratio };
+    found(map, requirement, estimate, 0.0, &places, [0.0, 1.0])
 }
 
 /// Judges a value by its error, and by the points of which it is the least or greatest; for a mean there are none.
 fn found(
     map: &MapResult,
     requirement: &Requirement,
-    told: Estimate,
+    estimate: Estimate,
     bias: f64,
     places: &[Estimate],
     range: [f64; 2],
 ) -> Finding {
-    let estimate = Estimate { standard_error: told.standard_error.hypot(bias), ..told };
+    let estimate = Estimate { standard_error: estimate.standard_error.hypot(bias), ..estimate };
     let (limit, is_at_least) = (requirement.limit, requirement.measure.is_at_least());
     let spare = |place: &Estimate| if is_at_least { place.value - limit } else { limit - place.value };
     let chances = places.iter().filter(|place| spare(place) < FAR_ENOUGH * place.standard_error).count();

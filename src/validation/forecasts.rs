@@ -42,7 +42,7 @@ pub struct ForecastSums {
     /// Number of runs.
     pub runs: usize,
     /// Number of runs that had made a forecast by then.
-    pub told: usize,
+    pub forecast_runs: usize,
     /// Relative error of the forecast rays, median.
     pub off: f64,
     /// Share of intervals that contained the actual rays.
@@ -58,14 +58,16 @@ impl ForecastSums {
     pub fn at<'a>(share: f64, runs: impl Iterator<Item = &'a [JudgedForecast]>) -> ForecastSums {
         let latest: Vec<Option<&JudgedForecast>> =
             runs.map(|forecasts| forecasts.iter().rfind(|forecast| forecast.share <= share)).collect();
-        let told = || latest.iter().flatten();
-        let off = |of: fn(&JudgedForecast) -> f64| median(told().map(|forecast| (of(forecast) - 1.0).abs()).collect());
+        let forecast_runs = || latest.iter().flatten();
+        let off = |of: fn(&JudgedForecast) -> f64| {
+            median(forecast_runs().map(|forecast| (of(forecast) - 1.0).abs()).collect())
+        };
         let held = |of: fn(&JudgedForecast) -> bool| {
-            told().filter(|forecast| of(forecast)).count() as f64 / told().count().max(1) as f64
+            forecast_runs().filter(|forecast| of(forecast)).count() as f64 / forecast_runs().count().max(1) as f64
         };
         ForecastSums {
             runs: latest.len(),
-            told: told().count(),
+            forecast_runs: forecast_runs().count(),
             off: off(|forecast| forecast.ratio),
             held: held(|forecast| forecast.holds),
             seconds_off: off(|forecast| forecast.seconds_ratio),
@@ -104,9 +106,9 @@ mod tests {
         let forecasts = judged_forecasts(&rows);
         assert_eq!(forecasts.len(), 2);
         let at = |share: f64| ForecastSums::at(share, [forecasts.as_slice()].into_iter());
-        assert_eq!((at(0.05).told, at(0.05).off, at(0.05).held), (1, 0.5, 0.0));
+        assert_eq!((at(0.05).forecast_runs, at(0.05).off, at(0.05).held), (1, 0.5, 0.0));
         let late = at(0.2);
         assert!((late.off - 0.1).abs() < 1e-12 && late.held == 1.0 && late.seconds_off == 0.0, "{late:?}");
-        assert_eq!((at(0.005).runs, at(0.005).told), (1, 0));
+        assert_eq!((at(0.005).runs, at(0.005).forecast_runs), (1, 0));
     }
 }

@@ -184,8 +184,8 @@ impl Ascent<'_> {
     /// Climbs from the lowest rung to the last one within the time budget, or returns why the method cannot.
     fn ladder(&self, tell: &mut dyn FnMut(&str)) -> Result<Result<Ladder, String>, CaseError> {
         let (comparison, method) = (self.comparison, self.method);
-        let mut asked = RungRequest { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
-        if let Err(reason) = (method.applies)(&self.run.scene, &self.settings(asked)) {
+        let mut request = RungRequest { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
+        if let Err(reason) = (method.applies)(&self.run.scene, &self.settings(request)) {
             return Ok(Err(reason));
         }
         tell(&format!("{}: {}", comparison.name, method.name));
@@ -195,8 +195,8 @@ impl Ascent<'_> {
         let mut spent_s = 0.0;
         let mut at_the_end = false;
         loop {
-            asked.seed = self.run.seed + 1 + (rungs.len() * REPEATS) as u64;
-            let reached = match self.rung(&exact, asked)? {
+            request.seed = self.run.seed + 1 + (rungs.len() * REPEATS) as u64;
+            let reached = match self.rung(&exact, request)? {
                 Ok(reached) => reached,
                 Err(reason) => return Ok(Err(reason)),
             };
@@ -221,8 +221,8 @@ impl Ascent<'_> {
             if rungs.last().is_none_or(further) || without_chance {
                 rungs.push(rung);
             }
-            asked.chains = (2 * asked.chains).max(2 * rung.chains);
-            asked.target_error = UNDER * rung.stated_error;
+            request.chains = (2 * request.chains).max(2 * rung.chains);
+            request.target_error = UNDER * rung.stated_error;
             if without_chance || at_the_end || spent_s + 2.0 * rung.seconds > self.budget_s {
                 break;
             }
@@ -243,14 +243,14 @@ impl Ascent<'_> {
         }))
     }
 
-    fn settings(&self, asked: RungRequest) -> Settings {
+    fn settings(&self, request: RungRequest) -> Settings {
         let climbs = self.method.climbs;
         Settings {
             method: crate::solver::Method::Collision,
             elements: ElementChoice::Given,
-            seed: asked.seed,
-            target_error: (climbs == Climb::Targets).then_some(asked.target_error),
-            chains: (climbs == Climb::Chains).then_some(asked.chains),
+            seed: request.seed,
+            target_error: (climbs == Climb::Targets).then_some(request.target_error),
+            chains: (climbs == Climb::Chains).then_some(request.chains),
             time_limit_s: None,
             maps: MapSelection::Named(vec![self.comparison.map.clone()]),
             threads: None,
@@ -259,12 +259,12 @@ impl Ascent<'_> {
 
     /// Computes the runs of one rung, several while they are cheap, and compares each with the truth. Or returns why the method
     /// cannot.
-    fn rung(&self, exact: &ExactSide, asked: RungRequest) -> Result<Result<Reached, String>, CaseError> {
+    fn rung(&self, exact: &ExactSide, request: RungRequest) -> Result<Result<Reached, String>, CaseError> {
         let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
         let (mut estimator, mut at_the_end) = (String::new(), false);
         let (mut truth_error, mut truth_variance) = (0.0, 0.0);
         while rung.runs < REPEATS {
-            let settings = self.settings(RungRequest { seed: asked.seed + rung.runs as u64, ..asked });
+            let settings = self.settings(RungRequest { seed: request.seed + rung.runs as u64, ..request });
             let solution = match (self.method.solve)(&self.run.scene, &settings, &Stopwatch::starting_now()) {
                 Ok(solution) => solution,
                 Err(reason) => return Ok(Err(reason)),

@@ -197,7 +197,7 @@ fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &S
 /// Mean over a whole enclosure of uniform reflectance: the absorbed flux over (1 − ρ) and the area. The check of the map has the
 /// replicas' spread of this sum, which the rows of a table do not give.
 fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
-    let reflectance = |material: u32| scene.materials[material as usize].law.reflectance_at_every_angle();
+    let reflectance = |material: u32| scene.materials[material as usize].bsdf.reflectance_at_every_angle();
     let first = reflectance(scene.surfaces[0].material);
     let is_one = scene.surfaces.iter().all(|surface| reflectance(surface.material) == first);
     let Some(first) = first.filter(|_| is_one) else {

@@ -5,7 +5,7 @@ use super::hours::YearSky;
 use super::sun_cells::SunCells;
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyPath, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sunlight::Suns;
@@ -84,7 +84,7 @@ struct RowTally<'a> {
 
 impl CoefficientTally for RowTally<'_> {
     #[inline]
-    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyPath) {
         self.columns[self.sky.column_of(towards)] += lx;
         self.ways[way.component(towards) as usize] += lx * self.sky.overcast_percent(towards);
     }
@@ -303,9 +303,9 @@ struct OccupiedHour {
 /// Root mean square of the relative errors of occupied hours; see [`DIM_SHARE`].
 fn relative_error(hours: &[OccupiedHour], square_lx2: impl Fn(&OccupiedHour) -> f64) -> f64 {
     let mean_lx = hours.iter().map(|hour| hour.lx).sum::<f64>() / hours.len().max(1) as f64;
-    let told = || hours.iter().filter(|hour| hour.lx > 0.0);
-    let squares = told().map(|hour| square_lx2(hour) / hour.lx.max(DIM_SHARE * mean_lx).powi(2));
-    (squares.sum::<f64>() / told().count().max(1) as f64).sqrt()
+    let lit = || hours.iter().filter(|hour| hour.lx > 0.0);
+    let squares = lit().map(|hour| square_lx2(hour) / hour.lx.max(DIM_SHARE * mean_lx).powi(2));
+    (squares.sum::<f64>() / lit().count().max(1) as f64).sqrt()
 }
 
 #[cfg(test)]

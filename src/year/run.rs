@@ -11,7 +11,7 @@ use super::survey::survey;
 use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
-use crate::scene::{Emission, Openings, Quantity, ReceiverSet, ReflectionLaw, Scene, Weather, joined};
+use crate::scene::{BsdfParameters, Emission, Openings, Quantity, ReceiverSet, Scene, Weather, joined};
 use std::sync::Arc;
 
 /// Number of receivers computed before their hours are passed on.
@@ -163,7 +163,7 @@ pub fn solve_year<E: From<NotForYear>>(
 
 /// Warnings about parts that the year leaves out: sunlight reflected by mirrors.
 fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
-    let is_mirror = |material: u32| matches!(scene.materials[material as usize].law, ReflectionLaw::Mirror { .. });
+    let is_mirror = |material: u32| matches!(scene.materials[material as usize].bsdf, BsdfParameters::Mirror { .. });
     let mirrors: Vec<String> = scene
         .surfaces
         .iter()

@@ -8,7 +8,7 @@ use super::receiver::at;
 use super::sun_cells::side_index;
 use crate::base::sky::Sky;
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyPath, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -50,7 +50,7 @@ struct HourTally<'a> {
 }
 
 impl CoefficientTally for HourTally<'_> {
-    fn add_sky(&mut self, towards: DVec3, lx: f64, _: SkyWay) {
+    fn add_sky(&mut self, towards: DVec3, lx: f64, _: SkyPath) {
         let column = self.of.column_of(towards);
         for (hour, both) in self.hours.iter().zip(&mut self.found) {
             let even_cd_m2 = hour.patches_cd_m2[column];
@@ -116,13 +116,13 @@ pub(super) fn survey(
     for (met, found, rays_of_place) in of_places {
         met.into_iter().for_each(|side| meetings[side] += 1);
         rays += rays_of_place;
-        for ([squares, told], [one, other]) in of_hours.iter_mut().zip(found) {
+        for ([squares, known_lx2], [one, other]) in of_hours.iter_mut().zip(found) {
             *squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
-            *told += (one[1] + other[1]).powi(2);
+            *known_lx2 += (one[1] + other[1]).powi(2);
         }
     }
-    let lit = of_hours.into_iter().filter(|[_, told]| *told > 0.0);
-    let mut errors: Vec<f64> = lit.map(|[squares, told]| (squares / told).max(0.0).sqrt()).collect();
+    let lit = of_hours.into_iter().filter(|[_, known_lx2]| *known_lx2 > 0.0);
+    let mut errors: Vec<f64> = lit.map(|[squares, known_lx2]| (squares / known_lx2).max(0.0).sqrt()).collect();
     errors.sort_by(f64::total_cmp);
     let patch_error = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
     HourSurvey { meetings, patch_error, rays }

@@ -82,7 +82,7 @@ fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
 /// 15,000 luminaires and a limit of 50 ms: that reading, making ready and writing take longer is told before anything is read. Of a room
 /// with one lamp nothing is told.
 #[test]
-fn what_takes_longer_than_the_limit_whatever_is_computed_is_told_before_it_is_read() {
+fn what_takes_longer_than_the_limit_whatever_is_computed_is_reported_before_it_is_read() {
     let text = |columns: u32| {
         format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -91,13 +91,13 @@ fn what_takes_longer_than_the_limit_whatever_is_computed_is_told_before_it_is_re
                 "columns": {columns}, "rows": 1, "u": [2,0,0] }} ] }}"#
         )
     };
-    for (columns, limit, is_told) in [(15_000, "0.05s", true), (1, "0.05s", false), (15_000, "1h", false)] {
+    for (columns, limit, is_reported) in [(15_000, "0.05s", true), (1, "0.05s", false), (15_000, "1h", false)] {
         let (home, scene) = scene_in_a_folder(&text(columns));
         let options = ["--time-limit", limit, "--chains", "16", "--plots", "none"];
         let output = solve_file(&scene, &home.path().join("out"), &options);
         let told = errors(&output);
         let (warning, opening) = (told.find("warning: reading this scene takes about"), told.find("luxmc 0"));
-        assert_eq!(warning.is_some(), is_told, "{columns}, {limit}: {told}");
+        assert_eq!(warning.is_some(), is_reported, "{columns}, {limit}: {told}");
         assert!(opening.is_some() && (warning.is_none() || warning < opening), "{told}");
     }
 }
@@ -233,7 +233,7 @@ fn radiosity_without_time_for_its_coarsest_meshes_is_refused() {
 /// A target that takes days, and a time limit: before the work it is told that the limit comes first. A target that is met at once
 /// leaves nothing to tell.
 #[test]
-fn a_target_out_of_reach_is_told_before_the_work() {
+fn a_target_out_of_reach_is_reported_before_the_work() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let cube = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cube.json");
     let said = |name: &str, options: &[&str]| {

@@ -216,7 +216,7 @@ fn damaged_foreign_and_changed_checkpoints_are_refused() {
 }
 
 #[test]
-fn a_checkpoint_that_cannot_be_written_any_more_is_told_and_the_run_goes_on() {
+fn a_checkpoint_that_cannot_be_written_any_more_is_reported_and_the_run_goes_on() {
     let home = Home::new();
     let folder = home.path("folder");
     std::fs::create_dir(&folder).expect("made");

@@ -175,7 +175,7 @@ fn what_is_not_read_of_a_model_is_named() {
 
 /// A material of a kind that is not read stands in the list as not known; so does what is made by an alias of it.
 #[test]
-fn radiance_materials_of_other_kinds_are_told_as_not_known() {
+fn radiance_materials_of_other_kinds_are_reported_as_not_known() {
     let window = "void BSDF clear 6 0.0 clear.xml 0 0 1 . 0 0\nvoid alias pane clear\nvoid plastic a 0 0 5 .5 .5 .5 0 0\na polygon floor 0 0 9 0 0 0 1 0 0 0 1 0\nclear polygon south 0 0 9 0 0 0 1 0 0 0 0 1\npane polygon west 0 0 9 0 0 0 0 1 0 0 0 1\n";
     let (home, output) = convert("window.rad", window);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -150,7 +150,7 @@ fn a_mesh_step_too_fine_for_a_mesh_is_warned_of_and_one_as_wide_as_a_room_is_tak
 
 #[cfg(unix)]
 #[test]
-fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
+fn a_limit_on_the_size_of_files_is_reported_and_nothing_half_written_stays() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let path = written(home.path(), &room());
     let out = home.path().join("out");
@@ -169,7 +169,7 @@ fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
 
 /// What is left out is told in the summary, and nothing else changes.
 #[test]
-fn checks_of_meshes_that_are_left_out_are_told() {
+fn checks_of_meshes_that_are_left_out_are_reported() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let warnings = |name: &str, more: &[&str]| -> String {
         let out = home.path().join(name);

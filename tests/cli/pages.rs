@@ -359,7 +359,7 @@ fn the_version_tells_what_was_built_and_what_it_runs_on() {
 /// Terminal, report and files of a run that rates glare: the worst of a grid with his place, a low rating as "< 10" where people
 /// look and as a number in the file, and the luminaire that does not count by name and reason.
 #[test]
-fn ratings_are_told_where_people_look() {
+fn ratings_are_reported_where_people_look() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let scene = home.path().join("room.json");
     let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

@@ -123,7 +123,7 @@ fn a_read_only_directory_and_a_file_in_its_place_are_refused_before_the_run() {
 }
 
 #[test]
-fn a_file_that_vanished_is_told_with_who_named_it() {
+fn a_file_that_vanished_is_reported_with_who_named_it() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let scene_path = home.path().join("room.json");
     std::fs::copy(scene("room.json"), &scene_path).expect("copied");

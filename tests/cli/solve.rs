@@ -88,7 +88,7 @@ fn results_are_empty(output: &std::process::Output) -> bool {
 }
 
 #[test]
-fn the_halves_of_every_value_are_told() {
+fn the_halves_of_every_value_are_reported() {
     let home = directory();
     assert_eq!(code(&solve("room.json", home.path(), &["--target-error", "5%", "--maps", "all"])), 0);
     for name in ["elements.csv", "receivers.csv"] {

@@ -121,7 +121,7 @@ impl Observer for Errors {
 /// Elements of a cube that are cut several times on the way to 1 %: once an error is known it stays told, that of the coarser elements
 /// while finer ones have none.
 #[test]
-fn an_error_that_was_told_stays_told_while_elements_are_cut() {
+fn an_error_that_was_reported_stays_told_while_elements_are_cut() {
     let errors = Errors::default();
     let settings = Settings {
         target_error: Some(0.01),

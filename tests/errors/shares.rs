@@ -115,7 +115,7 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
 
 /// A merge of 12 shares says how many more a target takes: as many meet it, and nine of ten of them would not (the planted fault).
 #[test]
-fn the_number_of_shares_that_a_target_takes_is_told_within_a_tenth() {
+fn the_number_of_shares_that_a_target_takes_is_reported_within_a_tenth() {
     let scene = cube(0.5, 2.0);
     let few = settings(Method::Collision, None);
     let shares: Vec<Kept> = (1..=60).map(|number| share(&scene, number, &few)).collect();

@@ -131,7 +131,7 @@ fn a_run_for_verdicts_stops_where_all_is_decided() {
 
 /// Terminal, file, summary and report of one run: met, not met, undecided for want of a map, and an entry of the standard.
 #[test]
-fn verdicts_are_told_where_people_look() {
+fn verdicts_are_reported_where_people_look() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let scene = home.path().join("room.json");
     let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

@@ -21,9 +21,9 @@ fn scene(gloss: &str, geometry: &str, luminaires: &str, receivers: &str) -> Scen
     ))
 }
 
-fn gloss(law: &str, specular_reflectance: f64, exponent: f64) -> String {
+fn gloss(bsdf: &str, specular_reflectance: f64, exponent: f64) -> String {
     format!(
-        r#""type": "{law}", "diffuse_reflectance": 0.3, "specular_reflectance": {specular_reflectance}, "exponent": {exponent}"#
+        r#""type": "{bsdf}", "diffuse_reflectance": 0.3, "specular_reflectance": {specular_reflectance}, "exponent": {exponent}"#
     )
 }
 
@@ -130,22 +130,22 @@ fn a_view_of_a_room_with_blinns_gloss_agrees_with_walks() {
     view_agrees_with_walks("blinn", 150.0);
 }
 
-fn view_agrees_with_walks(law: &str, exponent: f64) {
-    let of = |specular_reflectance: f64| scene(&gloss(law, specular_reflectance, exponent), ROOM, LAMPS, VIEW);
+fn view_agrees_with_walks(bsdf: &str, exponent: f64) {
+    let of = |specular_reflectance: f64| scene(&gloss(bsdf, specular_reflectance, exponent), ROOM, LAMPS, VIEW);
     let walks = by_walks(&of(0.25), 160 * 512);
     let by_samples = (None, Some(0.05), "shadow-rays");
-    let ways = if law == "phong" { vec![by_samples, (Some(0.25), None, "light-mesh")] } else { vec![by_samples] };
+    let ways = if bsdf == "phong" { vec![by_samples, (Some(0.25), None, "light-mesh")] } else { vec![by_samples] };
     for (step_m, target_error, method) in ways {
         let found = by_mesh(&of(0.25), step_m, target_error);
         let [rms, shift, stated] = compare(&found.maps[0], &walks.maps[0]);
-        println!("{law}, {method}: {rms} {shift} {stated}, {} rays", found.rays);
-        assert_eq!(found.maps[0].method, method, "{law}");
-        assert_eq!(found.target_met, target_error.map(|_| true), "{law}: {stated}");
-        assert!(target_error.is_none() || found.rays < 400_000, "{law}: {} rays", found.rays);
-        assert!(rms < 1.1 * stated.max(target_error.unwrap_or(0.0)), "{law}: {rms} {stated}");
-        assert!(shift.abs() < stated, "{law}: {shift} {stated}");
+        println!("{bsdf}, {method}: {rms} {shift} {stated}, {} rays", found.rays);
+        assert_eq!(found.maps[0].method, method, "{bsdf}");
+        assert_eq!(found.target_met, target_error.map(|_| true), "{bsdf}: {stated}");
+        assert!(target_error.is_none() || found.rays < 400_000, "{bsdf}: {} rays", found.rays);
+        assert!(rms < 1.1 * stated.max(target_error.unwrap_or(0.0)), "{bsdf}: {rms} {stated}");
+        assert!(shift.abs() < stated, "{bsdf}: {shift} {stated}");
         let [_, shift, _] = compare(&by_mesh(&of(0.05), step_m, target_error).maps[0], &walks.maps[0]);
-        assert!(shift.abs() > stated, "{law}: the fault passed: {shift} {stated}");
+        assert!(shift.abs() > stated, "{bsdf}: the fault passed: {shift} {stated}");
     }
 }
 

@@ -49,7 +49,7 @@ fn the_light_of_a_box_does_not_hang_on_how_far_it_is_let_into_the_ceiling() {
 
 /// A box wholly above the ceiling shines at its back alone: that is told as the luminaire's place, and no normals are called flipped.
 #[test]
-fn a_box_above_the_ceiling_is_told_as_one_that_shines_from_behind() {
+fn a_box_above_the_ceiling_is_reported_as_one_that_shines_from_behind() {
     let scene = room(0.5, 3.02);
     let settings = Settings { chains: Some(4096), maps: MapSelection::Elements, ..Settings::default() };
     let warnings = solve(&scene, &settings, &Silent).warnings;

@@ -77,7 +77,7 @@ fn lamps_a_million_times_brighter_behind_a_wall_change_nothing() {
 }
 
 #[test]
-fn emitters_are_chosen_with_the_probability_told() {
+fn emitters_are_chosen_with_the_probability_reported() {
     let scene = two_rooms(40);
     let stage = Stage::new(&scene);
     let count = stage.emitters.list().len();

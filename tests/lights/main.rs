@@ -8,7 +8,7 @@ mod daylight;
 mod hidden_lamps;
 mod intensity;
 mod near_field;
-mod near_lights;
+mod near_luminaires;
 mod photometric_files;
 mod selection_by_cell;
 mod sun;

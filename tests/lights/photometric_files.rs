@@ -397,7 +397,7 @@ proptest! {
 }
 
 #[test]
-fn pictures_and_documents_are_told_for_what_they_are() {
+fn pictures_and_documents_are_reported_for_what_they_are() {
     let folder = tempfile::tempdir().expect("a folder");
     for (start, kind) in [(&b"\x89PNG\r\n\x1a\n"[..], "a PNG picture"), (b"%PDF-1.7", "a PDF document")] {
         let path = folder.path().join("luminaire.ies");

@@ -114,7 +114,7 @@ fn cells_change_no_mean_and_take_variance_away() {
 
 /// Every emitter keeps a probability, they sum to one, and choices follow them.
 #[test]
-fn choices_in_cells_have_the_probabilities_told() {
+fn choices_in_cells_have_the_probabilities_reported() {
     const N: u32 = 50_000;
     let scene = shelves();
     let stage = Stage::new(&scene);

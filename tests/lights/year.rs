@@ -426,7 +426,7 @@ fn errors_of_hours_hold_where_the_sun_is_low() {
 
 /// A mirror is told of, since suns that it throws are left out; patches are off the sky by what they are: more where they are large.
 #[test]
-fn what_is_left_out_is_told() {
+fn what_is_left_out_is_reported() {
     let mut parts = room("paint", false);
     let told = |parts: &[Value], subdivision: u32| {
         let value = json!({ "version": 1,

@@ -132,13 +132,13 @@ fn the_view_draws_and_reads_what_the_tables_say() {
     let [total_lx, error_lx, direct_lx, indirect_lx, place_m @ ..] = numbers.as_slice() else { panic!("{words}") };
     assert!(words.starts_with("plane: "), "{words}");
     assert_eq!(place_m[..2], [2.0, 1.5], "{words}");
-    let is_told = |told: f64, number: f64| {
+    let is_reported = |told: f64, number: f64| {
         (told - number).abs() <= 0.5 * 10f64.powf(number.log10().floor() - 1.0).min(1.0) * 1.01
     };
     let of = |column: usize| row[column].parse::<f64>().expect("a number");
     for (told, column) in [(total_lx, 8), (direct_lx, 10), (indirect_lx, 11)] {
-        assert!(is_told(*told, of(column)), "{words}: {told} is not {}", of(column));
-        assert!(!is_told(*told, 1.1 * of(column)), "what is a tenth off is seen");
+        assert!(is_reported(*told, of(column)), "{words}: {told} is not {}", of(column));
+        assert!(!is_reported(*told, 1.1 * of(column)), "what is a tenth off is seen");
     }
     assert!((error_lx / of(9) - 1.0).abs() < 0.5, "{words}: {}", of(9));
 }

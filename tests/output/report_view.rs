@@ -164,7 +164,7 @@ fn the_page_holds_what_the_tables_hold() {
     let mut held = Held::of(&page);
     let elements = table(&scene, &solution, "elements.csv");
     assert!(elements.len() > 100 && held.number("surface_facets") == elements.len() as f64);
-    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.covered), Vec::<String>::new());
+    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact), Vec::<String>::new());
 
     // A receiver's cell are two triangles; the middle of its diagonal is the point.
     let receivers = table(&scene, &solution, "receivers.csv");
@@ -189,10 +189,10 @@ fn the_page_holds_what_the_tables_hold() {
     // What is off by one in a thousand is seen, and so is one that lies a few steps aside.
     let code = held.means[0][7];
     held.means[0][7] = code.wrapping_add(4);
-    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.covered).len(), 1);
+    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact).len(), 1);
     held.means[0][7] = code;
     held.corners[0][9] = held.corners[0][9].wrapping_add(6);
-    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.covered).len(), 1);
+    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact).len(), 1);
 }
 
 #[test]
@@ -200,9 +200,9 @@ fn elements_that_adapt_keep_their_slopes() {
     let (scene, solution) = solved(ElementChoice::Adaptive, MapSelection::Elements);
     let held = Held::of(&page_of(&scene, &solution));
     let elements = table(&scene, &solution, "elements.csv");
-    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.covered), Vec::<String>::new());
+    assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact), Vec::<String>::new());
     let map = &solution.maps[0];
-    let covered = &map.values.covered;
+    let covered = &map.values.in_contact;
     assert!(covered.iter().any(|covered| *covered), "the block stands on the floor");
     for (index, row) in elements.iter().enumerate().filter(|(index, _)| !covered[*index]) {
         let at_corners_lx = map.values.at_corners_lx(index);

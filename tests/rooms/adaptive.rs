@@ -145,7 +145,7 @@ fn shadow() -> (Scene, impl Fn(DVec3, DVec3) -> f64) {
 }
 
 #[test]
-fn the_edge_of_a_shadow_is_found_and_its_error_told() {
+fn the_edge_of_a_shadow_is_found_and_its_error_reported() {
     // Exact light with a hard shadow on 4 triangles, target 3%: 5 seeds. Every true error is at or under the target, and
     // their mean square is that of the stated ones within 15% (8 seeds scatter by some 4%, 5 by 5%; 24 had 0.96, and 1.20 when the
     // pilot looked at large elements no more often than at small ones and missed corners that the edge cuts off); the

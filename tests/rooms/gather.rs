@@ -255,7 +255,7 @@ fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
 }
 
 #[test]
-fn a_dark_room_beside_a_lit_one_is_told_to_be_dark() {
+fn a_dark_room_beside_a_lit_one_is_reported_to_be_dark() {
     let boxes = |side: &str, low: f64| {
         format!(
             r#"{{ "name": "{side}", "type": "box", "min": [{low},0,0], "max": [{},1,1], "facing": "inward", "material": "m" }}"#,

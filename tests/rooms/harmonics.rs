@@ -181,7 +181,7 @@ fn ellipsoid_obj(rows: usize) -> String {
 }
 
 #[test]
-fn an_ellipsoid_is_fitted_with_the_error_that_is_told() {
+fn an_ellipsoid_is_fitted_with_the_error_that_is_reported() {
     let folder = tempfile::TempDir::new().expect("a folder");
     std::fs::write(folder.path().join("e.obj"), ellipsoid_obj(96)).expect("written");
     let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },

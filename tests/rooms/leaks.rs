@@ -6,7 +6,7 @@
 
 use glam::{DQuat, DVec3};
 use luxmc::geometry::{Meeting, Tracer};
-use luxmc::scene::{Material, ReflectionLaw, Scene, Side, Surface};
+use luxmc::scene::{BsdfParameters, Material, Scene, Side, Surface};
 
 /// Rays in a room at a place in the fast gate.
 const RAYS: u64 = 100_000;
@@ -308,7 +308,7 @@ impl Mesh {
         Scene {
             title: String::new(),
             path: None,
-            materials: vec![Material { name: "grey".into(), law: ReflectionLaw::Diffuse { reflectance: 0.5 } }],
+            materials: vec![Material { name: "grey".into(), bsdf: BsdfParameters::Diffuse { reflectance: 0.5 } }],
             vertices_m: self.vertices_m.clone(),
             triangles: self.triangles.clone(),
             divisions: vec![1; triangles],

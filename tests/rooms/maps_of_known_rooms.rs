@@ -126,7 +126,7 @@ fn isothermal_office() -> (Scene, f64) {
         .iter()
         .enumerate()
         .map(|(id, surface)| {
-            let reflectance = scene.materials[surface.material as usize].law.diffuse_reflectance();
+            let reflectance = scene.materials[surface.material as usize].bsdf.diffuse_reflectance();
             let exitance_lm_m2 = (1.0 - reflectance) * illuminance_lx;
             let area_m2: f64 = surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum();
             Luminaire {

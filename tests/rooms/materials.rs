@@ -178,7 +178,7 @@ fn an_isothermal_room_of_gloss_mirrors_panes_and_shades_is_evenly_lit() {
              {{ "name": "shade", "type": "rectangle", "origin": [1.0,2.0,0.5], "u": [1,0.4,0], "v": [0,0,1], "material": "shade" }} ],
            "luminaires": [ {} ],
            "receivers": [ {{ "name": "points", "type": "points", "file": {points:?} }} ] }}"#,
-        materials.map(|(name, law, _)| format!("{name:?}: {law}")).join(", "),
+        materials.map(|(name, bsdf, _)| format!("{name:?}: {bsdf}")).join(", "),
         faces.map(|(face, material)| format!("{face:?}: {material:?}")).join(", "),
         luminaires.join(", "),
     );

@@ -63,7 +63,7 @@ fn assert_covered_by_the_cupboard(floor: &TableRow) {
 /// A cupboard covers 1 m² of the floor: that is told, and the darkness under it is no minimum, with given elements as with those
 /// that adapt.
 #[test]
-fn what_is_covered_is_told_and_does_not_count() {
+fn what_is_covered_is_reported_and_does_not_count() {
     for (edge_m, elements) in [(r#", "max_element_edge": 0.15"#, ElementChoice::Given), ("", ElementChoice::Adaptive)] {
         assert_covered_by_the_cupboard(row_of(
             &rows(edge_m, CUPBOARD, elements, to_3_percent(), &Silent),

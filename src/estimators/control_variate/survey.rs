@@ -19,7 +19,7 @@ const DEEPEST: u32 = 6;
 // Uncertainty as a share of the item's unshadowed illuminance: the root mean square difference of light samples from their expectation, on
 // the receivers of the office and the hall, rounded.
 /// Uncertainty of an emitter that was not sampled.
-const UNASKED: f64 = 0.5;
+const UNSAMPLED: f64 = 0.5;
 /// Uncertainty of an emitter whose quarters all look alike, and of one whose sixteenths do.
 const QUARTERS_ALIKE: f64 = 0.1;
 const PARTS_ALIKE: f64 = 0.03;
@@ -66,7 +66,7 @@ impl<'a> Survey<'a> {
         }
         let share = self.importance / total_lx;
         if share < SHARE_FOR_A_LIGHT_SAMPLE {
-            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
+            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNSAMPLED * self.importance);
             return;
         }
         let samples = (survey_samples * share).ceil();
@@ -87,8 +87,8 @@ impl<'a> Survey<'a> {
         }
         let samples = samples as f64;
         let share = (seen + PRIOR) / (samples + 2.0 * PRIOR);
-        let doubt_lx = self.importance * (share * (1.0 - share)).sqrt();
-        found.expect(self.number, Square::WHOLE, sum_lx / samples, [0.0; 2], doubt_lx);
+        let uncertainty_lx = self.importance * (share * (1.0 - share)).sqrt();
+        found.expect(self.number, Square::WHOLE, sum_lx / samples, [0.0; 2], uncertainty_lx);
     }
 
     /// Takes a light sample in each quarter. Returns whether they look alike, so that no more samples are needed.
@@ -98,8 +98,8 @@ impl<'a> Survey<'a> {
         if alike {
             let mean_lx = quarters.iter().sum::<f64>() / 4.0;
             let scatter_lx = (quarters.iter().map(|lx| (lx - mean_lx).powi(2)).sum::<f64>() / 4.0).sqrt();
-            let doubt_lx = (QUARTERS_ALIKE * self.importance).max(scatter_lx);
-            found.expect(self.number, Square::WHOLE, mean_lx, [0.0; 2], doubt_lx);
+            let uncertainty_lx = (QUARTERS_ALIKE * self.importance).max(scatter_lx);
+            found.expect(self.number, Square::WHOLE, mean_lx, [0.0; 2], uncertainty_lx);
         }
         alike
     }
@@ -111,8 +111,8 @@ impl<'a> Survey<'a> {
         let is_seen = |place: usize| parts[place] > 0.0;
         if (1..parts.len()).all(|place| is_seen(place) == is_seen(0)) {
             let (mean_lx, slopes_lx, scatter_lx) = fitted(&parts);
-            let doubt_lx = (PARTS_ALIKE * self.importance).max(scatter_lx);
-            found.expect(self.number, Square::WHOLE, mean_lx, slopes_lx, doubt_lx);
+            let uncertainty_lx = (PARTS_ALIKE * self.importance).max(scatter_lx);
+            found.expect(self.number, Square::WHOLE, mean_lx, slopes_lx, uncertainty_lx);
             return;
         }
         for (place, lx) in parts.into_iter().enumerate() {
@@ -148,9 +148,9 @@ impl<'a> Survey<'a> {
         }
     }
 
-    fn expect_part(&self, square: Square, lx: f64, doubt: f64, found: &mut ControlVariate) {
+    fn expect_part(&self, square: Square, lx: f64, uncertainty: f64, found: &mut ControlVariate) {
         let area = square.area();
-        found.expect(self.number, square, area * lx, [0.0; 2], doubt * area * self.importance);
+        found.expect(self.number, square, area * lx, [0.0; 2], uncertainty * area * self.importance);
     }
 
     /// Illuminance in lx of a light sample whose first variates lie in a square, as if the whole emitter were like that.

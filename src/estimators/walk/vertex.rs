@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use crate::chain::{ConnectionStart, Mirrors, Stage, TriangleSide};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
@@ -85,7 +85,7 @@ pub(super) struct Vertex<'a> {
     /// The point for the tracer, on the side at which light is sampled.
     pub origin: &'a Origin,
     /// Previous point of the walk, if it made a light-path connection (looked back) and this point scatters diffusely.
-    pub looked_back: Option<LookedBack>,
+    pub looked_back: Option<ConnectionStart>,
 }
 
 impl Vertex<'_> {
@@ -162,7 +162,7 @@ impl Vertex<'_> {
     /// Direct light of a light sample in lx, without the share that the light-path connection has found.
     #[inline]
     fn direct_lx(&self, sight: &Sight) -> f64 {
-        let share = match (&self.stage.near_lights, self.looked_back) {
+        let share = match (&self.stage.near_luminaires, self.looked_back) {
             (Some(lights), Some(from)) => {
                 let place = (self.stage.tracer.position_m(self.origin), self.normal);
                 lights.share_of_look(self.stage, sight.index, place, self.seen, from)
@@ -296,7 +296,7 @@ pub fn in_mirrors_lx(
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
-/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`]. The cache
+/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLuminaires`]. The cache
 /// is informed of its weight in the walk.
 #[inline]
 pub(super) fn from_near_lights_lx(
@@ -306,10 +306,10 @@ pub(super) fn from_near_lights_lx(
     cache: &mut impl Cache,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Some(lights) = &stage.near_lights else {
+    let Some(lights) = &stage.near_luminaires else {
         return (0.0, 0);
     };
-    let found = lights.look_back(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
-    cache.told(&WalkEvent::LookedBack { weight, found: &found });
+    let found = lights.connect_to_packet(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
+    cache.observe(&WalkEvent::ConnectionStart { weight, found: &found });
     (found.lx, found.rays)
 }

@@ -46,7 +46,7 @@ pub struct Type {
 struct Letters {
     glyphs: GlyphRemapper,
     /// Letter and width in thousandths of an em for each glyph of the subset.
-    told: BTreeMap<u16, (char, f64)>,
+    used: BTreeMap<u16, (char, f64)>,
 }
 
 /// A PDF under construction. Lengths are points from the upper left corner of an A4 page.
@@ -63,7 +63,7 @@ fn number(length: f64) -> f32 {
 impl Paper {
     /// A document without pages.
     pub fn new() -> Paper {
-        let letters = || Letters { glyphs: GlyphRemapper::new(), told: BTreeMap::new() };
+        let letters = || Letters { glyphs: GlyphRemapper::new(), used: BTreeMap::new() };
         Paper { pages: Vec::new(), letters: [letters(), letters()], opacities: BTreeSet::new() }
     }
 
@@ -211,7 +211,7 @@ impl Letters {
             let glyph = glyph_number(face, letter);
             let advance = face.glyph_hor_advance(ttf_parser::GlyphId(glyph)).unwrap_or(0);
             let number = self.glyphs.remap(glyph);
-            self.told.entry(number).or_insert((letter, 1000.0 * f64::from(advance) / per_em));
+            self.used.entry(number).or_insert((letter, 1000.0 * f64::from(advance) / per_em));
             bytes.extend(number.to_be_bytes());
         }
         bytes
@@ -233,7 +233,7 @@ impl Letters {
         described.subtype(CidFontType::Type2).base_font(name).system_info(system).font_descriptor(descriptor);
         described.default_width(0.0).cid_to_gid_map_predefined(Name(b"Identity"));
         let mut widths = described.widths();
-        for (glyph, (_, width)) in &self.told {
+        for (glyph, (_, width)) in &self.used {
             widths.consecutive(*glyph, [*width as f32]);
         }
         widths.finish();
@@ -250,7 +250,7 @@ impl Letters {
             .stem_v(if bold { 140.0 } else { 80.0 })
             .font_file2(file);
         let mut cmap = UnicodeCmap::new(Name(b"Letters"), system);
-        for (glyph, (letter, _)) in &self.told {
+        for (glyph, (letter, _)) in &self.used {
             cmap.pair(*glyph, *letter);
         }
         pdf.cmap(unicode, &cmap.finish());

@@ -81,8 +81,8 @@ impl Report<'_> {
     fn project(&self) -> String {
         let project = &self.scene.project;
         let day = if project.date.is_empty() { utc_date(self.context.unix_time_s) } else { project.date.clone() };
-        let told = [(say!("Client"), &project.client), (say!("Author"), &project.author), (say!("Date"), &day)];
-        let data: Vec<(String, String)> = told
+        let given = [(say!("Client"), &project.client), (say!("Author"), &project.author), (say!("Date"), &day)];
+        let data: Vec<(String, String)> = given
             .into_iter()
             .filter(|(_, text)| !text.is_empty())
             .map(|(term, text)| (term.to_owned(), escaped(text)))

@@ -64,12 +64,12 @@ mod tests {
         let mut stream = Stream::new(4, Purpose::Walks, 0, 0);
         let mut counts = [[0u32; 3]; 2];
         for (index, emitter) in emitters.list().iter().enumerate() {
-            let told = emitter.reach();
-            let later = Reach { ahead: told.ahead.map(|(axis, least_m)| (axis, least_m + 0.2)), ..told };
-            let smaller = Reach { radius_m: told.radius_m - 0.3, ..told };
+            let reach = emitter.reach();
+            let later = Reach { ahead: reach.ahead.map(|(axis, least_m)| (axis, least_m + 0.2)), ..reach };
+            let smaller = Reach { radius_m: reach.radius_m - 0.3, ..reach };
             for number in 0..4000 {
                 stream.seek(4000 * index as u64 + number);
-                let middle = told.center_m + 2.0 * stream.unit() * uniform_sphere(stream.pair());
+                let middle = reach.center_m + 2.0 * stream.unit() * uniform_sphere(stream.pair());
                 let corners_m = [0; 3].map(|_| middle + 0.5 * uniform_sphere(stream.pair()));
                 let normal = (corners_m[1] - corners_m[0]).cross(corners_m[2] - corners_m[0]).normalize();
                 let finds = |stream: &mut Stream| {
@@ -83,7 +83,7 @@ mod tests {
                     })
                 };
                 let is_found = finds(&mut stream);
-                for (which, reach) in [told, later, smaller].iter().enumerate() {
+                for (which, reach) in [reach, later, smaller].iter().enumerate() {
                     let is_dark = !reach.may_light(&corners_m, normal, 0.0);
                     counts[0][which] += u32::from(is_dark);
                     counts[1][which] += u32::from(is_dark && is_found);

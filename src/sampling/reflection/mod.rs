@@ -31,7 +31,7 @@ pub use phong::Phong;
 pub use translucent::Translucent;
 
 use super::random::Stream;
-use crate::scene::ReflectionLaw;
+use crate::scene::BsdfParameters;
 
 /// The functions of a BSDF.
 pub trait Reflection {
@@ -99,7 +99,7 @@ macro_rules! bsdfs {
 
         impl Bsdf {
             /// Makes a BSDF ready for sampling. A BSDF with a lobe tabulates the lobe's losses, which takes about 20 ms.
-            pub fn new(bsdf: &ReflectionLaw) -> Bsdf {
+            pub fn new(bsdf: &BsdfParameters) -> Bsdf {
                 match *bsdf {
                     $($given => Bsdf::$bsdf($made),)*
                 }
@@ -119,20 +119,20 @@ macro_rules! bsdfs {
 
 bsdfs! {
     /// Lambert's law.
-    Diffuse(Diffuse) from ReflectionLaw::Diffuse { reflectance } => Diffuse { reflectance };
+    Diffuse(Diffuse) from BsdfParameters::Diffuse { reflectance } => Diffuse { reflectance };
     /// A diffuse part and a lobe about the mirror direction.
-    Phong(Box<Glossy<Phong>>) from ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
+    Phong(Box<Glossy<Phong>>) from BsdfParameters::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
         Box::new(Glossy::new(diffuse_reflectance, specular_reflectance, Phong { exponent }));
     /// A diffuse part and a lobe about the half vector.
-    Blinn(Box<Glossy<Blinn>>) from ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent } =>
+    Blinn(Box<Glossy<Blinn>>) from BsdfParameters::Blinn { diffuse_reflectance, specular_reflectance, exponent } =>
         Box::new(Glossy::new(diffuse_reflectance, specular_reflectance, Blinn { exponent }));
     /// A mirror.
-    Mirror(Mirror) from ReflectionLaw::Mirror { reflectance } => Mirror { reflectance };
+    Mirror(Mirror) from BsdfParameters::Mirror { reflectance } => Mirror { reflectance };
     /// A thin pane.
-    Glass(Glass) from ReflectionLaw::Glass { refractive_index, internal_transmittance, glazed_share } =>
+    Glass(Glass) from BsdfParameters::Glass { refractive_index, internal_transmittance, glazed_share } =>
         Glass { refractive_index, internal_transmittance, glazed_share };
     /// Diffuse to both sides.
-    Translucent(Translucent) from ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } =>
+    Translucent(Translucent) from BsdfParameters::Translucent { diffuse_reflectance, diffuse_transmittance } =>
         Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance };
 }
 

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{Blinn, Bsdf, Glossy, LobeKind, Pair, Phong, Reflection, mirrored};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::ReflectionLaw;
+use crate::scene::BsdfParameters;
 
 /// Probability that one test rejects a correct sampler.
 const ALPHA: f64 = 1e-4;
@@ -18,12 +18,12 @@ const BINS: [usize; 2] = [8, 12];
 /// Midpoints along each side of a bin.
 const MIDPOINTS: usize = 48;
 
-fn phong(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> ReflectionLaw {
-    ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent }
+fn phong(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> BsdfParameters {
+    BsdfParameters::Phong { diffuse_reflectance, specular_reflectance, exponent }
 }
 
-fn blinn(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> ReflectionLaw {
-    ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent }
+fn blinn(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> BsdfParameters {
+    BsdfParameters::Blinn { diffuse_reflectance, specular_reflectance, exponent }
 }
 
 /// Returns a direction away from the surface with the normal z, at an angle and an azimuth in degrees.
@@ -100,7 +100,7 @@ fn chi_square_p(counts: &[f64], masses: &[f64]) -> f64 {
 #[test]
 fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
     let cases = [
-        (ReflectionLaw::Diffuse { reflectance: 0.7 }, ReflectionLaw::Diffuse { reflectance: 0.714 }),
+        (BsdfParameters::Diffuse { reflectance: 0.7 }, BsdfParameters::Diffuse { reflectance: 0.714 }),
         (phong(0.2, 0.6, 0.0), phong(0.2, 0.612, 0.0)),
         (phong(0.3, 0.5, 5.0), phong(0.3, 0.51, 5.1)),
         (phong(0.0, 1.0, 60.0), phong(0.0, 1.0, 61.2)),
@@ -108,8 +108,8 @@ fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
         (blinn(0.3, 0.5, 20.0), blinn(0.3, 0.51, 20.4)),
         (blinn(0.0, 1.0, 240.0), blinn(0.0, 1.0, 244.8)),
         (
-            ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
-            ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.357 },
+            BsdfParameters::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
+            BsdfParameters::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.357 },
         ),
     ];
     for (bsdf, faulty) in cases {
@@ -127,12 +127,12 @@ fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
 #[test]
 fn densities_integrate_to_one() {
     for bsdf in [
-        ReflectionLaw::Diffuse { reflectance: 0.3 },
+        BsdfParameters::Diffuse { reflectance: 0.3 },
         phong(0.3, 0.5, 5.0),
         phong(0.1, 0.2, 60.0),
         blinn(0.3, 0.5, 20.0),
         blinn(0.1, 0.2, 240.0),
-        ReflectionLaw::Translucent { diffuse_reflectance: 0.1, diffuse_transmittance: 0.6 },
+        BsdfParameters::Translucent { diffuse_reflectance: 0.1, diffuse_transmittance: 0.6 },
     ] {
         let bsdf = Bsdf::new(&bsdf);
         let towards = at(50.0, 10.0);
@@ -214,14 +214,14 @@ fn gloss_loses_nothing_at_any_angle_and_exponent() {
 #[test]
 fn exchanging_the_directions_changes_nothing() {
     for bsdf in [
-        ReflectionLaw::Diffuse { reflectance: 0.7 },
+        BsdfParameters::Diffuse { reflectance: 0.7 },
         phong(0.1, 0.8, 0.0),
         phong(0.1, 0.8, 17.3),
         phong(0.3, 0.6, 1e5),
         blinn(0.1, 0.8, 0.0),
         blinn(0.1, 0.8, 17.3),
         blinn(0.3, 0.6, 1e5),
-        ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
+        BsdfParameters::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
     ] {
         let bsdf = Bsdf::new(&bsdf);
         for (one, other) in [
@@ -245,9 +245,9 @@ fn mirrors_and_panes_keep_their_shares_and_directions() {
     let direction = DVec3::new(0.6, 0.3, -0.2).normalize();
     let cos_in = -direction.z;
     for bsdf in [
-        ReflectionLaw::Mirror { reflectance: 0.9 },
-        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 1.0 },
-        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 0.7 },
+        BsdfParameters::Mirror { reflectance: 0.9 },
+        BsdfParameters::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 1.0 },
+        BsdfParameters::Glass { refractive_index: 1.52, internal_transmittance: 0.9, glazed_share: 0.7 },
     ] {
         let bsdf = Bsdf::new(&bsdf);
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);

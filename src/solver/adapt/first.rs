@@ -13,8 +13,8 @@ use crate::maps::Detail;
 use crate::maps::basis::{Linear, slopes_at};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
+use crate::solver::contact::{KnownContact, contact_free_shares};
 use crate::solver::context::Context;
-use crate::solver::exposure::{Exposure, exposed_shares};
 use crate::solver::finer::{cuts_of, parent_of};
 use crate::solver::pace::TimeLeft;
 
@@ -31,7 +31,7 @@ const MOST_PILOTED: usize = 20_000;
 /// Fewest elements of one step: enough to be shared out over threads.
 const FEWEST_AT_ONCE: usize = 16;
 /// Approximate rays of a point that is tested for contact occlusion.
-const RAYS_OF_A_COVER_POINT: f64 = 2.0;
+const RAYS_OF_A_CONTACT_POINT: f64 = 2.0;
 
 /// Elements in the making: they are sampled and cut in turns, then tested for contact occlusion.
 pub struct Cutting {
@@ -47,8 +47,8 @@ pub struct Cutting {
     round: u32,
     /// Number of elements sampled in this round; or, if all rounds are done, the number tested for contact occlusion.
     done: usize,
-    /// Share of each element that is exposed, as far as it has been tested; `None` before the last round is done.
-    exposed: Option<Vec<f64>>,
+    /// Share of each element that is free of contact, as far as it has been tested; `None` before the last round is done.
+    contact_free: Option<Vec<f64>>,
     rays: u64,
 }
 
@@ -65,7 +65,7 @@ impl Cutting {
             mean_m2: 0.0,
             round: 0,
             done: 0,
-            exposed: None,
+            contact_free: None,
             rays: 0,
         }
     }
@@ -78,19 +78,19 @@ impl Cutting {
     /// Rays to the end of the present round, approximately. Whether another round follows is unknown.
     pub fn rays_left(&self, context: &Context) -> f64 {
         let left = self.done..self.elements.len();
-        match self.exposed {
-            Some(_) => RAYS_OF_A_COVER_POINT * left.len() as f64,
+        match self.contact_free {
+            Some(_) => RAYS_OF_A_CONTACT_POINT * left.len() as f64,
             None => self.rays_of_a_look * left.map(|index| self.wanted(context, index) as f64).sum::<f64>(),
         }
     }
 
     /// Goes forward by some `rays` rays. Returns whether there is more to do.
     pub fn advance(&mut self, context: &Context, rays: f64) -> bool {
-        if self.exposed.is_none() {
+        if self.contact_free.is_none() {
             self.look(context, rays);
             return true;
         }
-        self.ask_cover(context, rays);
+        self.test_contact(context, rays);
         self.done < self.elements.len()
     }
 
@@ -104,7 +104,7 @@ impl Cutting {
                 .iter()
                 .map(|looks| [looks.reference_lx(), Linear::even(self.means_lx[1])])
                 .collect(),
-            exposed: self.exposed.unwrap_or_default(),
+            contact_free: self.contact_free.unwrap_or_default(),
             detail: Detail::new(self.elements.len()),
             rounds: 0,
             pilot_rays: self.rays,
@@ -122,7 +122,7 @@ impl Cutting {
         let (looks, edge_m) = (&self.looks[index], (2.0 * self.area_m2(context, index)).sqrt());
         // A small element may still need slopes for its direct light: two more numbers show more of it than three more children.
         let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
-        looks.exposed == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
+        looks.contact_free == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
     }
 
     fn area_m2(&self, context: &Context, index: usize) -> f64 {
@@ -190,21 +190,24 @@ impl Cutting {
         for looks in self.looks.iter_mut().filter(|looks| looks.points == 0) {
             (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear::even(direct_lx));
         }
-        (self.exposed, self.done) = (Some(Vec::new()), 0);
+        (self.contact_free, self.done) = (Some(Vec::new()), 0);
     }
 
     /// Tests the next elements for contact occlusion, as far as the samples have not decided it.
-    fn ask_cover(&mut self, context: &Context, rays: f64) {
-        let at_once = ((rays / RAYS_OF_A_COVER_POINT) as usize).max(FEWEST_AT_ONCE);
+    fn test_contact(&mut self, context: &Context, rays: f64) {
+        let at_once = ((rays / RAYS_OF_A_CONTACT_POINT) as usize).max(FEWEST_AT_ONCE);
         let range = self.done..(self.done + at_once).min(self.elements.len());
-        let (exposed, rays) =
-            exposed_shares(context, &self.elements, range.clone(), |index| match self.looks[index as usize] {
-                DirectSamples { points: 0, .. } => Exposure::Unknown,
-                DirectSamples { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
-                DirectSamples { exposed, .. } => Exposure::Known(exposed),
+        let (contact_free, rays) =
+            contact_free_shares(context, &self.elements, range.clone(), |index| match self.looks[index as usize] {
+                DirectSamples { points: 0, .. } => KnownContact::Unknown,
+                DirectSamples { contact_free, .. } if contact_free > 0.0 && contact_free < 1.0 => KnownContact::InPart,
+                DirectSamples { contact_free, .. } => KnownContact::Known(contact_free),
             });
-        self.looks[range.clone()].iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
-        self.exposed.get_or_insert_default().extend(exposed);
+        self.looks[range.clone()]
+            .iter_mut()
+            .zip(&contact_free)
+            .for_each(|(looks, contact_free)| looks.contact_free = *contact_free);
+        self.contact_free.get_or_insert_default().extend(contact_free);
         self.rays += rays;
         self.done = range.end;
     }
@@ -232,12 +235,13 @@ impl Cutting {
                 if seen.samples_lx.iter().any(|lx| *lx > 0.0) {
                     return Some(seen);
                 }
-                let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
-                rays += asked;
-                (!covered).then_some(seen)
+                let (in_contact, tested_rays) = element.is_in_contact(context.stage, at, &mut stream);
+                rays += tested_rays;
+                (!in_contact).then_some(seen)
             };
             let seen: Vec<SamplePair> = (0..points).filter_map(look).collect();
-            *looks = DirectSamples { points, exposed: seen.len() as f64 / points as f64, ..DirectSamples::fit(&seen) };
+            *looks =
+                DirectSamples { points, contact_free: seen.len() as f64 / points as f64, ..DirectSamples::fit(&seen) };
             rays
         });
         rays.sum()
@@ -250,7 +254,7 @@ struct DirectSamples {
     /// Points that were sampled, 0 at first.
     points: usize,
     /// Share of the points that is not hidden by contact.
-    exposed: f64,
+    contact_free: f64,
     /// Mean of the samples, in lx.
     mean_lx: f64,
     /// The linear function closest to them, in lx.
@@ -262,7 +266,7 @@ struct DirectSamples {
 impl DirectSamples {
     /// The reference for samples. If points are left out it is constant, since a slope would not have its mean over the remaining points.
     fn reference_lx(&self) -> Linear {
-        if self.exposed < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
+        if self.contact_free < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
     }
 
     fn slope_lx2(&self) -> f64 {

@@ -48,11 +48,11 @@ impl Records {
     }
 
     /// Light that each of the first `rays` rays brought in lx, from the present light of cells.
-    pub fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
-        let mut told: Vec<f32> =
+    pub fn gathered_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
+        let mut gathered_lx: Vec<f32> =
             self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.cell)).collect();
-        told.iter_mut().zip(&self.plain_lx).for_each(|(told, plain_lx)| *told += plain_lx);
-        told
+        gathered_lx.iter_mut().zip(&self.plain_lx).for_each(|(gathered_lx, plain_lx)| *gathered_lx += plain_lx);
+        gathered_lx
     }
 }
 

@@ -20,11 +20,12 @@ impl GatheringProgress {
         let (sets, passes) = (&*sets, self.passes());
         let rays = passes as usize * self.order.sites();
         let replicas = self.records.par_iter().with_max_len(1).enumerate();
-        let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
+        let gathered: Vec<Vec<f32>> =
+            replicas.map(|(replica, records)| records.gathered_lx(sets.of(replica), rays)).collect();
         let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
         let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
         let found: Vec<ReplicaFindings> =
-            slabs.map(|(replica, rows)| self.sum_up(replica, &told[replica], references, rows)).collect();
+            slabs.map(|(replica, rows)| self.sum_up(replica, &gathered[replica], references, rows)).collect();
         self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
             let parts = found.into_iter().map(|found| (found.bends_lx, found.parts_lx));
@@ -33,27 +34,27 @@ impl GatheringProgress {
         }
         let walked = self.sum_up_walks(sets, residuals);
         residuals.share_out(&self.unsure_lx2(sets, rays), weights);
-        self.learn_directions(&told, &walked);
+        self.learn_directions(&gathered, &walked);
         map.indirect_samples = Tally { complete: passes, ahead: 0 };
         map.take_residuals(weights);
     }
 
     /// Directs future rays to where light came from, and future walks to where cells had errors.
-    fn learn_directions(&mut self, told: &[Vec<f32>], walked: &[Vec<f32>]) {
+    fn learn_directions(&mut self, gathered: &[Vec<f32>], walked: &[Vec<f32>]) {
         let [of_rays, of_walks] = &mut self.guides;
         let [rays, walks] = self.learned;
         for (replica, records) in self.records.iter().enumerate() {
-            let (told, walked) = (&told[replica], &walked[replica]);
+            let (gathered, walked) = (&gathered[replica], &walked[replica]);
             count(
                 of_rays,
-                self.order.entries(rays..told.len() as u64),
+                self.order.entries(rays..gathered.len() as u64),
                 &records.bins[rays as usize..],
-                &told[rays as usize..],
+                &gathered[rays as usize..],
             );
             let new = walks..walks + walked.len() as u64;
             count(of_walks, self.walks.entries(new), &records.walk_bins[walks as usize..], walked);
         }
-        let lens = [told, walked].map(|found| found.first().map_or(0, |first| first.len() as u64));
+        let lens = [gathered, walked].map(|found| found.first().map_or(0, |first| first.len() as u64));
         self.learned = [lens[0], self.learned[1] + lens[1]];
         self.guides.iter_mut().for_each(Guide::learn);
     }
@@ -62,7 +63,7 @@ impl GatheringProgress {
     fn sum_up(
         &self,
         replica: usize,
-        told: &[f32],
+        gathered: &[f32],
         references_lx: Option<&[Linear]>,
         rows: &mut [f64],
     ) -> ReplicaFindings {
@@ -72,7 +73,7 @@ impl GatheringProgress {
         if references_lx.is_some() {
             found.make_room(sites);
         }
-        let rays = self.order.entries(0..told.len() as u64).zip(told);
+        let rays = self.order.entries(0..gathered.len() as u64).zip(gathered);
         for (ray, ((pass, entry), lx)) in rays.enumerate() {
             if !self.sees[entry] {
                 continue;
@@ -118,9 +119,9 @@ impl GatheringProgress {
             let walks = records.walks.iter().zip(self.walks.entries(0..walk_count)).enumerate();
             for (walk, ((plain_lx, end), (_, entry))) in walks {
                 let terms = &records.walk_terms[first as usize..*end as usize];
-                let told: f64 =
+                let gathered: f64 =
                     terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.cell))).sum();
-                let lx = f64::from(*plain_lx) + told;
+                let lx = f64::from(*plain_lx) + gathered;
                 walked[entry] += lx;
                 if walk >= known {
                     new.push(lx as f32);

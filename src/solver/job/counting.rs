@@ -5,14 +5,14 @@ use std::time::Instant;
 use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::maps::MapKind;
 use crate::solver::context::Context;
+use crate::solver::passes::{self, Deposits};
 use crate::solver::spending::Activity;
-use crate::solver::sweep::{self, Deposits};
 
 impl Job {
     pub(super) fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
         let chains = self.map.indirect_samples.complete..until;
         let traced =
-            sweep::chains(context, &self.elements, &mut self.map, self.adapting.adaptive.as_mut(), chains, deposits);
+            passes::chains(context, &self.elements, &mut self.map, self.adapting.adaptive.as_mut(), chains, deposits);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
             self.work.rays += rays;
             self.ends[replica] += ends;
@@ -24,7 +24,7 @@ impl Job {
     /// left. The unfinished part of that pass is discarded. Counting takes about `most_s` seconds at most, or one slice of chains.
     pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64, most_s: f64) {
         let (rays, started) = (self.work.rays, Instant::now());
-        self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.direct_lx.iter_mut().for_each(|slab| slab.fill(0.0));
         let goal = chains_per_replica.max(1);
         while self.map.indirect_samples.complete < goal {
             let slice_started = Instant::now();
@@ -47,7 +47,7 @@ impl Job {
             return;
         }
         let started = Instant::now();
-        let traced = sweep::ends_of_chains(context, CHAINS_OF_BALANCE);
+        let traced = passes::ends_of_chains(context, CHAINS_OF_BALANCE);
         let rays = traced.iter().map(|(rays, _)| rays).sum();
         self.work.rays += rays;
         self.ends = std::array::from_fn(|replica| traced[replica].1);

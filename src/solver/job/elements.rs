@@ -1,7 +1,7 @@
 //! The elements of a job's map: an empty map of them, their refinement and their values.
 
 use super::super::adapt::{Looked, Refined, Spent};
-use super::super::exposure::{Exposure, exposed_shares};
+use super::super::contact::{KnownContact, contact_free_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Engine, Job};
 use crate::maps::{Judgement, MapKind, MapValues, ReplicaMap, Unit, judge};
@@ -105,12 +105,12 @@ impl Job {
         false
     }
 
-    /// Finds how much of each given element is exposed (not hidden by contact), before walks or rays start from them.
-    pub fn look_for_cover(&mut self, context: &Context) {
-        if self.kind == MapKind::Elements && self.adapting.adaptive.is_none() && self.adapting.exposed.is_empty() {
-            let (exposed, rays) =
-                exposed_shares(context, &self.elements, 0..self.elements.len(), |_| Exposure::Unknown);
-            self.adapting.exposed = exposed;
+    /// Finds how much of each given element is free of contact, before walks or rays start from them.
+    pub fn find_contact(&mut self, context: &Context) {
+        if self.kind == MapKind::Elements && self.adapting.adaptive.is_none() && self.adapting.contact_free.is_empty() {
+            let (contact_free, rays) =
+                contact_free_shares(context, &self.elements, 0..self.elements.len(), |_| KnownContact::Unknown);
+            self.adapting.contact_free = contact_free;
             self.work.pilot_rays += rays;
         }
     }
@@ -129,8 +129,8 @@ impl Job {
         let (Some(coarse), Some(adaptive)) = (&mut self.adapting.coarse, &mut self.adapting.adaptive) else {
             return Refinement::Anew;
         };
-        if !coarse.lay_under(context, &self.elements, &adaptive.exposed) {
-            *coarse = coarse.cut(context, coarse.elements.clone(), &self.elements, &adaptive.exposed);
+        if !coarse.lay_under(context, &self.elements, &adaptive.contact_free) {
+            *coarse = coarse.cut(context, coarse.elements.clone(), &self.elements, &adaptive.contact_free);
             return Refinement::Anew;
         }
         adaptive.stand_on(coarse);
@@ -202,8 +202,8 @@ impl Job {
             let slopes = adaptive.sloped.iter().enumerate();
             values.slopes_lx =
                 slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();
-            values.covered = adaptive.exposed.iter().map(|exposed| *exposed == 0.0).collect();
-            for site in (0..values.covered.len()).filter(|site| values.covered[*site]) {
+            values.in_contact = adaptive.contact_free.iter().map(|contact_free| *contact_free == 0.0).collect();
+            for site in (0..values.in_contact.len()).filter(|site| values.in_contact[*site]) {
                 values.illuminance_lx[site] = 0.0;
                 values.halves_lx[site] = [0.0; 2];
                 values.standard_error_lx[site] = 0.0;

@@ -26,7 +26,7 @@ impl Job {
     /// Walks per replica from each point before the first look, for a given target error, from the measurements of the pilot.
     pub(super) fn first_walks(&self, error: f64) -> u64 {
         let error_lx = error * self.mean_without_gathering_lx();
-        let wanted = WALKS_OVER_PILOT * self.costs.indirect.variance / (error_lx * error_lx * REPLICAS as f64);
+        let wanted = WALKS_OVER_PILOT * self.costs.indirect.variance_lx2 / (error_lx * error_lx * REPLICAS as f64);
         ((SHARE_OF_FIRST_LOOK * wanted).ceil() as u64).clamp(FEWEST_FIRST_WALKS, FIRST_WALKS)
     }
 
@@ -58,8 +58,8 @@ impl Job {
         let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
         let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walk;
         let over_pilot = if walks { WALKS_OVER_PILOT } else { 1.0 };
-        let alone =
-            over_pilot * self.costs.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
+        let alone = over_pilot * self.costs.indirect.variance_lx2 * rays_per_sample * self.map.len() as f64
+            / (error_lx * error_lx);
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
@@ -68,7 +68,7 @@ impl Job {
     /// pass.
     pub(super) fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {
         let direct =
-            self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
+            self.costs.direct.variance_lx2 * self.costs.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
         let both = direct.sqrt() + indirect.sqrt();
         let pass = self.rays_of_a_pass();
         if direct.sqrt() * both >= pass {

@@ -86,13 +86,13 @@ fn gatherer_of<'a>(
 pub(super) fn starts_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
-    (elements, exposed): (&'a Elements, &'a [f64]),
+    (elements, contact_free): (&'a Elements, &'a [f64]),
     coarse: Option<&'a CoarseElements>,
 ) -> Starts<'a> {
-    let given = Starts { context, kind, elements, exposed, as_wholes: true, number: kind.number() };
+    let given = Starts { context, kind, elements, contact_free, as_wholes: true, number: kind.number() };
     match coarse {
-        Some(CoarseElements { elements, exposed, shape, .. }) => {
-            Starts { elements, exposed, as_wholes: false, number: shape.stream_number(), ..given }
+        Some(CoarseElements { elements, contact_free, shape, .. }) => {
+            Starts { elements, contact_free, as_wholes: false, number: shape.stream_number(), ..given }
         }
         None => given,
     }
@@ -120,24 +120,29 @@ impl Job {
     /// Prepares gathering for a target error: elements that adapt get coarse ones, and a pilot measures walks from elements.
     pub fn prepare_gathering(&mut self, context: &Context, error: f64) {
         // Before elements are cut, no contact occlusion is known. This is enough for a forecast.
-        let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
+        let contact_free = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
         let adapts_to = match &self.adapting.adaptive {
-            Some(adaptive) => Some((adaptive.target_error(), &adaptive.exposed)),
-            None => self.is_to_be_cut().then_some((context.target_error, &uncovered)),
+            Some(adaptive) => Some((adaptive.target_error(), &adaptive.contact_free)),
+            None => self.is_to_be_cut().then_some((context.target_error, &contact_free)),
         };
-        if let Some((target_error, exposed)) = adapts_to {
+        if let Some((target_error, contact_free)) = adapts_to {
             let elements = (COARSE_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_COARSE);
             let edge_m = (2.0 * context.stage.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
-            self.adapting.coarse =
-                Some(CoarseElements::first(context, &self.elements, exposed, edges_m, self.costs.indirect.mean_lx));
+            self.adapting.coarse = Some(CoarseElements::first(
+                context,
+                &self.elements,
+                contact_free,
+                edges_m,
+                self.costs.indirect.mean_lx,
+            ));
         }
         if self.kind == MapKind::Elements {
             let coarse = self.adapting.coarse.as_ref();
-            let (elements, exposed) =
-                coarse.map_or((&self.elements, &[][..]), |coarse| (&coarse.elements, &coarse.exposed));
+            let (elements, contact_free) =
+                coarse.map_or((&self.elements, &[][..]), |coarse| (&coarse.elements, &coarse.contact_free));
             let numbers = numbers_per_site(self.gathered_weights(), self.gathered().len());
-            self.costs.walked = walk_cost_in_elements(context, elements, exposed).times(numbers);
+            self.costs.walked = walk_cost_in_elements(context, elements, contact_free).times(numbers);
             self.work.pilot_rays += self.costs.walked.pilot_rays;
         }
     }
@@ -154,7 +159,7 @@ impl Job {
 
     /// Areas or weights of all entries of [`Job::gathered`].
     fn gathered_weights(&self) -> &[f64] {
-        self.adapting.coarse.as_ref().map_or(&self.weights, |coarse| &coarse.weights)
+        self.adapting.coarse.as_ref().map_or(&self.weights, |coarse| &coarse.weights_m2)
     }
 
     /// Work by cells to an error, in rays, from what the pilot measured of walks.
@@ -164,7 +169,7 @@ impl Job {
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let entries = self.gathered().len() as f64;
-        let of_one = self.costs.walked.variance / (error_lx * error_lx);
+        let of_one = self.costs.walked.variance_lx2 / (error_lx * error_lx);
         let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
@@ -216,7 +221,7 @@ impl Job {
     pub fn start_gathering(&mut self, context: &Context, error: f64, chains: Option<u64>) {
         let mean_lx = self.mean_without_gathering_lx();
         let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
-        let direct = (self.costs.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
+        let direct = (self.costs.direct.variance_lx2 / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
         let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
         let mut goal = self.first_goal(error);
         if let Some(chains) = chains {
@@ -236,10 +241,14 @@ impl Job {
             adaptive.stand_on(coarse);
             self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         }
-        self.look_for_cover(context);
+        self.find_contact(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
-        let gatherer =
-            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.coarse.as_ref());
+        let gatherer = gatherer_of(
+            context,
+            self.kind,
+            (&self.elements, &self.adapting.contact_free),
+            self.adapting.coarse.as_ref(),
+        );
         let places: Vec<_> = (0..sites).map(|entry| gatherer.starts.middle(entry)).collect();
         let regions = regions_of(&places);
         self.gathering.progress = Some(match &self.gathering.progress {
@@ -254,8 +263,12 @@ impl Job {
     pub(super) fn gather_a_slice(&mut self, context: &Context, sets: &mut CellSets) -> bool {
         let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
-        let gatherer =
-            gatherer_of(context, self.kind, (&self.elements, &self.adapting.exposed), self.adapting.coarse.as_ref());
+        let gatherer = gatherer_of(
+            context,
+            self.kind,
+            (&self.elements, &self.adapting.contact_free),
+            self.adapting.coarse.as_ref(),
+        );
         let Some(progress) = &mut self.gathering.progress else {
             return true;
         };
@@ -316,7 +329,7 @@ impl Job {
         };
         match (&mut self.adapting.coarse, &mut self.adapting.adaptive) {
             (Some(coarse), Some(adaptive)) => {
-                progress.settle(sets, &mut coarse.map, &coarse.weights, Some(&mut coarse.shape));
+                progress.settle(sets, &mut coarse.map, &coarse.weights_m2, Some(&mut coarse.shape));
                 self.map.take_indirect(&coarse.map, &coarse.sloped, &coarse.children);
                 adaptive.detail.take_indirect(&coarse.shape.detail, &coarse.children);
             }
@@ -329,7 +342,7 @@ impl Job {
     pub(super) fn gathering_parts(&self) -> Option<GatheringParts> {
         let progress = self.gathering.progress.as_ref()?;
         let residuals = self.gathered().residuals.as_ref()?.state();
-        let direct_lx2 = self.direct_variance / REPLICAS as f64;
+        let direct_lx2 = self.direct_variance_lx2 / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
         let rays_lx2 = progress.ray_squared_lx2;
         let [rays, fills, walks] = progress.rays.map(|rays| rays as f64);

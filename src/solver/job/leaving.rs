@@ -4,7 +4,7 @@ use super::Job;
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::{IntensityTable, Quantity};
 use crate::solver::context::Context;
-use crate::solver::sweep::leaving_chains;
+use crate::solver::passes::leaving_chains;
 
 impl Job {
     /// Does one slice of chains, counted by the direction in which they leave the scene, towards `goal` chains.

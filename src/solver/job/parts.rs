@@ -94,7 +94,7 @@ pub struct WorkDone {
 pub struct AdaptingState {
     /// Exposed share (not hidden by contact) of each element, where walks or rays start from the given elements; these count as a whole.
     /// Otherwise empty.
-    pub exposed: Vec<f64>,
+    pub contact_free: Vec<f64>,
     /// Data that elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
     /// The first adaptive elements, while they are being cut before the run.

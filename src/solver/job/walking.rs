@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use super::parts::WalkingState;
-use super::{Engine, Job, Tally, after_sweep, slice_of_sweep};
+use super::{Engine, Job, Tally, after_sweep, slice_of_passes};
 use crate::maps::{MapKind, half_squares};
 use crate::solver::context::Context;
+use crate::solver::passes::{self, PointWalks};
 use crate::solver::pilot::{DirectShare, PartCost};
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK};
-use crate::solver::sweep::{self, PointWalks};
 
 /// Walks are shared out anew where the work to the target is this many times the work so far. Earlier, little is known of rare bright
 /// walks; later, too much work is given up.
@@ -22,7 +22,7 @@ impl Job {
     /// Does one slice of walks from the points of a receiver set, towards `goal` passes over them.
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
         let rays = self.share.rays_per_indirect;
-        let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
+        let (entries, times) = slice_of_passes(context, self.map.indirect_samples, goal, self.map.len(), rays);
         // Neighbours are in one block, and their walks in one slice.
         let end = if self.walking.sharing.neighbours > 1 {
             entries.end.next_multiple_of(POINTS_OF_A_BLOCK)
@@ -36,7 +36,7 @@ impl Job {
         self.divide_into_groups(context, set);
         let WalkingState { allotment, groups, .. } = &self.walking;
         let walks = PointWalks { set, number, allotment, sharing, groups: groups.as_ref(), expected_lx };
-        self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, part.0, part.1);
+        self.work.rays += passes::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }
 
@@ -82,7 +82,7 @@ impl Job {
         self.begin_walks_anew();
         let points = self.map.len();
         let rays = self.costs.indirect.rays * better.of_all(points) as f64 / points as f64;
-        let pass = PartCost { rays, variance: self.costs.indirect.variance * variance, ..self.costs.indirect };
+        let pass = PartCost { rays, variance_lx2: self.costs.indirect.variance_lx2 * variance, ..self.costs.indirect };
         self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
         self.walking.allotment = better;
         self.walking.beginnings += 1;

@@ -47,7 +47,7 @@ fn ways(stage: &Stage) -> Vec<Sharing> {
     let mut ways = vec![Sharing::default()];
     let mut neighbours = 2;
     while neighbours <= MOST_NEIGHBOURS {
-        for shares_spots in [false, true].into_iter().filter(|shares| !shares || stage.near_lights.is_some()) {
+        for shares_spots in [false, true].into_iter().filter(|shares| !shares || stage.near_luminaires.is_some()) {
             ways.extend([false, true].map(|is_levelled| Sharing { neighbours, is_levelled, shares_spots }));
         }
         neighbours *= 2;
@@ -90,7 +90,7 @@ fn by_more_walks(
     for part in WALK_PARTS + 1.. {
         let cost = &found.shared;
         let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
-        let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
+        let work = cost.variance_lx2 * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
         let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / cost.pilot_rays as f64;
         if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
             break;
@@ -201,7 +201,7 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
         }
     }
     let cost = |way: usize| PartCost { pilot_rays: rays, ..all[way].cost() };
-    let work = |way: usize| cost(way).variance * (cost(way).work() + cost(way).choosing);
+    let work = |way: usize| cost(way).variance_lx2 * (cost(way).work() + cost(way).choosing);
     let best = (0..ways.len()).min_by(|one, other| work(*one).total_cmp(&work(*other)));
     let best = best.filter(|best| work(*best) < WORTH_SHARING * work(0)).unwrap_or(0);
     IndirectCost { alone: cost(0), shared: cost(best), sharing: ways[best] }
@@ -229,7 +229,7 @@ mod tests {
         for target_error in [0.0005, 0.00025] {
             let found = cost(target_error, TimeLeft::Enough, Some(0.0));
             let error_lx = target_error * found.mean_lx;
-            let work = found.variance * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
+            let work = found.variance_lx2 * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
             let share = found.pilot_rays as f64 / work;
             assert!(found.pilot_rays > 4 * anyway, "{} beside {anyway}", found.pilot_rays);
             assert!((0.5 * SHARE_OF_WORK..2.0 * SHARE_OF_WORK).contains(&share), "{share} to {target_error}");

@@ -68,16 +68,16 @@ mod tests {
 
     /// Records the rays and the forecast of each progress report.
     #[derive(Default)]
-    struct Told(Mutex<Vec<(u64, Option<f64>)>>);
+    struct Recorder(Mutex<Vec<(u64, Option<f64>)>>);
 
-    impl Observer for Told {
+    impl Observer for Recorder {
         fn progress(&self, progress: &Progress) {
             let forecast = progress.forecast_rays.map(|forecast| forecast.expected);
             self.0.lock().expect("no test panics").push((progress.rays, forecast));
         }
     }
 
-    fn with_run<T>(look: impl FnOnce(&mut Run, &Told) -> T) -> T {
+    fn with_run<T>(look: impl FnOnce(&mut Run, &Recorder) -> T) -> T {
         let scene = room();
         let stage = Stage::new(&scene);
         let settings = Settings { target_error: Some(TARGET), ..Settings::default() };
@@ -87,10 +87,10 @@ mod tests {
             method: Method::Auto,
             ..Context::of_a_test(&scene, &stage, 0)
         };
-        let told = Told::default();
-        let mut run = Run::new(&context, &settings, Some(TARGET), &told, u64::MAX);
+        let recorder = Recorder::default();
+        let mut run = Run::new(&context, &settings, Some(TARGET), &recorder, u64::MAX);
         run.jobs = vec![Job::elements(&context, true)];
-        look(&mut run, &told)
+        look(&mut run, &recorder)
     }
 
     /// Continues to the target.
@@ -106,7 +106,7 @@ mod tests {
     /// more each. Planted fault: if the elements are cut in one step, most of the cutting passes without a row.
     #[test]
     fn a_forecast_comes_before_elements_are_cut_and_more_on_the_way() {
-        with_run(|run, told| {
+        with_run(|run, recorder| {
             run.cut_elements();
             let cut = run.all_rays();
             let all = rays_of_the_whole(run);
@@ -116,8 +116,8 @@ mod tests {
             rows.push(cut);
             let widest = rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
             assert!(widest as f64 <= 0.05 * all, "{widest} of {all}: {rows:?}");
-            let told = told.0.lock().expect("no test panics");
-            assert!(told.len() >= rows.len() - 1 && told.iter().all(|(_, forecast)| forecast.is_some()));
+            let recorder = recorder.0.lock().expect("no test panics");
+            assert!(recorder.len() >= rows.len() - 1 && recorder.iter().all(|(_, forecast)| forecast.is_some()));
         });
         with_run(|run, _| {
             run.record(false);

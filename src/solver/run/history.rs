@@ -39,8 +39,8 @@ impl Run<'_> {
     /// Reports the state of the run.
     pub(super) fn tell(&mut self) {
         let rays = self.all_rays();
-        if may_look_at_all(self.jobs.len(), rays, self.told_at) {
-            self.told_at = Some(rays);
+        if may_look_at_all(self.jobs.len(), rays, self.last_row_rays) {
+            self.last_row_rays = Some(rays);
             self.observer.progress(&self.progress());
         }
     }

@@ -254,18 +254,18 @@ mod tests {
     #[test]
     fn a_slice_of_one_map_looks_at_no_others() {
         let maps = 200;
-        let [slices, rays, looks, told] = counts(maps, false);
+        let [slices, rays, looks, rows] = counts(maps, false);
         let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
         assert!(
-            slices > 100 && looks <= 2 * slices + of_all * maps as u64 && told <= of_all,
-            "{slices} {rays} {looks} {told}"
+            slices > 100 && looks <= 2 * slices + of_all * maps as u64 && rows <= of_all,
+            "{slices} {rays} {looks} {rows}"
         );
         let [slices, rays, looks, _] = counts(maps, true);
         let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
         assert!(looks > 2 * slices + of_all * maps as u64, "the planted fault passed: {slices} {rays} {looks}");
         // With few maps all are evaluated every time, and once when the run begins.
-        let [slices, _, _, told] = counts(3, false);
-        assert_eq!(slices + 1, told);
+        let [slices, _, _, rows] = counts(3, false);
+        assert_eq!(slices + 1, rows);
     }
 
     #[test]

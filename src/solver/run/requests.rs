@@ -1,7 +1,7 @@
 //! Which maps a run makes, and on which elements.
 
 use crate::base::memory::limit_bytes;
-use crate::chain::{NearLights, Stage};
+use crate::chain::{NearLuminaires, Stage};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 use crate::solver::adapt::most_that_adapt;
@@ -13,7 +13,7 @@ use crate::solver::{ElementChoice, MapSelection, Settings};
 /// many elements.
 pub fn adapts(settings: &Settings, stage: &Stage) -> bool {
     settings.elements == ElementChoice::Adaptive
-        && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
+        && !stage.near_luminaires.as_ref().is_some_and(NearLuminaires::touch)
         && stage.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
 }
 

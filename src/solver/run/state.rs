@@ -54,7 +54,7 @@ pub struct Run<'a> {
     /// The progress of its maps.
     pub map_states: MapStates,
     /// Rays at the latest progress report to the observer.
-    pub told_at: Option<u64>,
+    pub last_row_rays: Option<u64>,
     /// Rays at the latest row of its history.
     pub recorded_at: Option<u64>,
 }
@@ -80,7 +80,7 @@ impl<'a> Run<'a> {
             spending: Spending::default(),
             clock: Clock::begun(observer.wall_s()),
             map_states: MapStates::default(),
-            told_at: None,
+            last_row_rays: None,
             recorded_at: None,
         }
     }

@@ -160,16 +160,16 @@ fn forecast_table(proof: &Proof) -> Table {
         if sums.runs == 0 {
             continue;
         }
-        let of_told = |fraction: f64| if sums.told > 0 { percent(fraction) } else { "–".to_owned() };
+        let of_forecast = |fraction: f64| if sums.forecast_runs > 0 { percent(fraction) } else { "–".to_owned() };
         rows.push(vec![
             group.name().to_owned(),
             percent(share),
             sums.runs.to_string(),
-            sums.told.to_string(),
-            of_told(sums.off),
-            of_told(sums.held),
-            of_told(sums.seconds_off),
-            of_told(sums.seconds_held),
+            sums.forecast_runs.to_string(),
+            of_forecast(sums.off),
+            of_forecast(sums.held),
+            of_forecast(sums.seconds_off),
+            of_forecast(sums.seconds_held),
         ]);
     }
     Table {

@@ -55,14 +55,14 @@ pub fn run_rival(rival: &Rival, scene: &Scene, reference: &Reference) -> Result<
     // One thread, all paths in one batch, and fast instead of watertight rays, as in the rival's own script.
     let numbers = [1, rival.paths, 1, SEED, 0].map(|number| number.to_string());
     let ran = Command::new(program).arg("pt").args([&input, &output]).args(numbers).output().map_err(words)?;
-    let told = String::from_utf8_lossy(&ran.stdout);
+    let printed = String::from_utf8_lossy(&ran.stdout);
     if !ran.status.success() {
         return Err(format!("{}: {}", program.display(), String::from_utf8_lossy(&ran.stderr).trim()));
     }
-    let told: Vec<&str> = told.split_whitespace().collect();
+    let printed: Vec<&str> = printed.split_whitespace().collect();
     let number = |name: &str| {
-        let at = told.iter().position(|word| *word == name);
-        let number = at.and_then(|at| told.get(at + 1)).and_then(|word| word.parse::<f64>().ok());
+        let at = printed.iter().position(|word| *word == name);
+        let number = at.and_then(|at| printed.get(at + 1)).and_then(|word| word.parse::<f64>().ok());
         number.ok_or_else(|| format!("{}: it does not tell {name}", program.display()))
     };
     let cost = Cost { rays: number("rays")?, cpu_s: number("cpu_s")? };

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Emission, Luminaire, ReflectionLaw, Scene};
+use crate::scene::{BsdfParameters, Emission, Luminaire, Scene};
 
 /// Maximum number of emitting triangles of the rival.
 const MOST_SHINING: usize = 64;
@@ -18,8 +18,8 @@ pub fn rival_scene(scene: &Scene) -> Result<Vec<u8>, String> {
     let mut reflectances = Vec::with_capacity(scene.triangles.len());
     for triangle in 0..scene.triangles.len() as u32 {
         let material = &scene.materials[scene.surface_of(triangle).material as usize];
-        match material.law {
-            ReflectionLaw::Diffuse { reflectance } => reflectances.push(reflectance),
+        match material.bsdf {
+            BsdfParameters::Diffuse { reflectance } => reflectances.push(reflectance),
             _ => return Err(format!("\"{}\" is not diffuse", material.name)),
         }
     }

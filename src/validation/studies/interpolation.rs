@@ -119,8 +119,8 @@ mod tests {
     use super::*;
 
     /// Checks the weights φ₄ and φ₅ by hand. With a step of 1 m, the layer at 1 is half a step above the point (0.25, 0, 0.5) of a
-    /// cell. Trilinear weights are 0.75 and 0.25. Within R = 1.25 there are (0, 0), (1, 0) and (0, ±1), the latter at √(0.0625 + 1
-    /// + 0.25) = 1.146. (−1, 0) is at 1.346, and the layer at 2 is 1.5 above. Cone weights are 1 − d/1.25 over their sum. Planted
+    /// cell. Trilinear weights are 0.75 and 0.25. Within R = 1.25 there are (0, 0), (1, 0) and (0, ±1), the latter at 1.146 =
+    /// √(0.0625 + 1 + 0.25). (−1, 0) is at 1.346, and the layer at 2 is 1.5 above. Cone weights are 1 − d/1.25 over their sum. Planted
     /// fault: a radius of 1.1 steps loses the points (0, ±1).
     #[test]
     fn weights_are_those_by_hand() {

@@ -181,7 +181,7 @@ fn scene_of(wish: &Wish) -> Result<(Scene, f64), String> {
     Ok((scene, started.elapsed().as_secs_f64()))
 }
 
-fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, told: &mut StudyWishes) -> Result<SizeRow, String> {
+fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, wishes: &mut StudyWishes) -> Result<SizeRow, String> {
     let (scene, read_s) = scene_of(wish)?;
     let luminaires = wish.lamps[0] * wish.lamps[1];
     let receivers = wish.grid[0] * wish.grid[1];
@@ -196,7 +196,7 @@ fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, told: &mut StudyWishes) ->
             ..Settings::default()
         };
         runs.push(solve(&scene, &settings, &Stopwatch::starting_now()));
-        if told.quick || runs.iter().any(|run| run.compute_s > DEAR_S) {
+        if wishes.quick || runs.iter().any(|run| run.compute_s > DEAR_S) {
             break;
         }
     }
@@ -222,7 +222,7 @@ fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, told: &mut StudyWishes) ->
         method: methods.join(" and "),
     };
     row.size = size_of(&row);
-    (told.tell)(&format!(
+    (wishes.tell)(&format!(
         "{} triangles, {luminaires} luminaires, {receivers} receivers: {} s",
         row.triangles,
         significant(row.compute_s, 3)

@@ -3,7 +3,7 @@
 //! A walk meets a surface point in proportion to its view factor per area, K = cos θ cos θ′/(π d²). A packet of a near luminaire meets it
 //! in proportion to the illuminance there over the flux, E/Φ. Where E/Φ is far above K, light samples from walk vertices have a heavy tail.
 //! The tail may even seem absent, because no walk has met the spot yet. So walks also draw a packet and connect to the point where it
-//! arrives (they look back). Both paths are weighted by the shares of their densities (multiple importance sampling: Veach and Guibas,
+//! arrives. Both paths are weighted by the shares of their densities (multiple importance sampling: Veach and Guibas,
 //! 1995, "Optimally combining sampling techniques for Monte Carlo rendering"). No path counts twice.
 
 use std::f64::consts::PI;
@@ -38,7 +38,7 @@ const SEED: u64 = 0x4E_4541;
 
 /// The emitters that stand close to surfaces.
 #[derive(Clone, Debug)]
-pub struct NearLights {
+pub struct NearLuminaires {
     /// Whether each emitter is near.
     is_near: Vec<bool>,
     /// Numbers of the near emitters, and their cumulative flux up to and including each, in lm.
@@ -49,12 +49,12 @@ pub struct NearLights {
     rays: u64,
 }
 
-/// Start of a light-path connection (look back): a point in m and its unit normal.
-pub type LookedBack = (DVec3, DVec3);
+/// Start of a light-path connection: a point in m and its unit normal.
+pub type ConnectionStart = (DVec3, DVec3);
 
-/// Result of a light-path connection to a nearby luminaire (look back).
+/// Result of a light-path connection to a nearby luminaire.
 #[derive(Clone, Copy, Debug)]
-pub struct LookBack {
+pub struct PacketConnection {
     /// Illuminance of the start point, in lx.
     pub lx: f64,
     /// Rays traced.
@@ -94,15 +94,15 @@ impl LitSpot {
     }
 }
 
-impl LookBack {
-    fn nothing(rays: u64) -> LookBack {
-        LookBack { lx: 0.0, rays, met_per_m2: 0.0, lit_per_m2: 0.0 }
+impl PacketConnection {
+    fn nothing(rays: u64) -> PacketConnection {
+        PacketConnection { lx: 0.0, rays, met_per_m2: 0.0, lit_per_m2: 0.0 }
     }
 }
 
-impl NearLights {
+impl NearLuminaires {
     /// Finds the emitters that light surfaces from nearby. `None` if connections to them bring no gain.
-    pub fn of(stage: &Stage) -> Option<NearLights> {
+    pub fn of(stage: &Stage) -> Option<NearLuminaires> {
         if !stage.reflects() {
             return None;
         }
@@ -154,7 +154,7 @@ impl NearLights {
             Some(*sum_lm)
         });
         let cumulative_flux_lm = cumulative_flux_lm.collect();
-        Some(NearLights { is_near, emitters: indices, cumulative_flux_lm, touch, rays: rays + chain_rays })
+        Some(NearLuminaires { is_near, emitters: indices, cumulative_flux_lm, touch, rays: rays + chain_rays })
     }
 
     /// Numbers of the luminaires to which the near emitters belong.
@@ -184,7 +184,14 @@ impl NearLights {
     /// point on the side with the normal `seen`. `place` has the normal of its lit side. The walk came from `from`, where it made the
     /// connection.
     #[inline]
-    pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, seen: DVec3, from: LookedBack) -> f64 {
+    pub fn share_of_look(
+        &self,
+        stage: &Stage,
+        emitter: u32,
+        place: ConnectionStart,
+        seen: DVec3,
+        from: ConnectionStart,
+    ) -> f64 {
         if !self.is_near(emitter) {
             return 1.0;
         }
@@ -193,7 +200,7 @@ impl NearLights {
             // The walk met the point by rounding alone: a connection does not see it.
             return 1.0;
         }
-        met_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * self.lit_per_m2(stage, emitter, place))
+        met_per_m2 / (met_per_m2 + stage.roulette.connection_chance * self.lit_per_m2(stage, emitter, place))
     }
 
     /// Whether an emitter is near.
@@ -203,24 +210,30 @@ impl NearLights {
     }
 
     /// Density in 1/m² of packets of an emitter at a point.
-    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): LookedBack) -> f64 {
+    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): ConnectionStart) -> f64 {
         stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
     /// One weighted sample of the illuminance of a point in lx, by way of the diffuse surfaces that near luminaires light. It is taken with
     /// the chance of [`Roulette`].
-    pub fn look_back(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> LookBack {
+    pub fn connect_to_packet(
+        &self,
+        stage: &Stage,
+        to: ConnectionStart,
+        to_origin: &Origin,
+        stream: &mut Stream,
+    ) -> PacketConnection {
         let (spot, rays) = self.packet(stage, stream);
-        spot.map_or(LookBack::nothing(rays), |spot| {
+        spot.map_or(PacketConnection::nothing(rays), |spot| {
             let found = self.seen_from(stage, &spot, to, to_origin);
-            LookBack { rays: rays + found.rays, ..found }
+            PacketConnection { rays: rays + found.rays, ..found }
         })
     }
 
     /// The spot that a packet of a near luminaire lights, and the number of rays traced. `None` if the packet lights no scattering surface,
     /// or if the chance of [`Roulette`] draws no packet.
     pub fn packet(&self, stage: &Stage, stream: &mut Stream) -> (Option<LitSpot>, u64) {
-        let chance = stage.roulette.look_back_chance;
+        let chance = stage.roulette.connection_chance;
         if chance < 1.0 && !stream.happens(chance) {
             return (None, 0);
         }
@@ -258,7 +271,13 @@ impl NearLights {
 
     /// Illuminance of a point from a spot, weighted against walks from the point that meet the spot. Its rays are those that test
     /// visibility.
-    pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: LookedBack, to_origin: &Origin) -> LookBack {
+    pub fn seen_from(
+        &self,
+        stage: &Stage,
+        spot: &LitSpot,
+        to: ConnectionStart,
+        to_origin: &Origin,
+    ) -> PacketConnection {
         let LitSpot { emitter, hit, normal, .. } = spot;
         let (leaving, lobe) = match spot.leaving {
             Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
@@ -269,7 +288,7 @@ impl NearLights {
             }
         };
         if leaving <= 0.0 {
-            return LookBack::nothing(0);
+            return PacketConnection::nothing(0);
         }
         let place_origin = stage.leave(hit, lobe);
         let point_m = stage.tracer.position_m(&place_origin);
@@ -277,17 +296,17 @@ impl NearLights {
         let met_per_m2 = seen_per_m2((point_m, seen), to);
         let lit_per_m2 = self.lit_per_m2(stage, *emitter, (point_m, *normal));
         if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
-            return LookBack::nothing(0);
+            return PacketConnection::nothing(0);
         }
-        let share = lit_per_m2 / (met_per_m2 + stage.roulette.look_back_chance * lit_per_m2);
+        let share = lit_per_m2 / (met_per_m2 + stage.roulette.connection_chance * lit_per_m2);
         let passed = stage.transmittance(to_origin, &place_origin);
         let lx = self.luminous_flux_lm() * leaving * met_per_m2 * share * passed;
-        LookBack { lx, rays: 1, met_per_m2, lit_per_m2 }
+        PacketConnection { lx, rays: 1, met_per_m2, lit_per_m2 }
     }
 }
 
 /// Density in 1/m² with which cosine-distributed rays from one point meet another, without occlusion.
-fn seen_per_m2((point_m, normal): LookedBack, (from_m, from_normal): LookedBack) -> f64 {
+fn seen_per_m2((point_m, normal): ConnectionStart, (from_m, from_normal): ConnectionStart) -> f64 {
     let offset_m = point_m - from_m;
     let square_m2 = offset_m.length_squared();
     let cosines = offset_m.dot(from_normal).max(0.0) * (-offset_m.dot(normal)).max(0.0);

@@ -23,7 +23,7 @@ const RISE_RAD: f64 = 0.02;
 const CLOSE: f64 = 10.0;
 
 /// Whether a point with a unit normal is hidden by contact, and the number of rays traced to determine this.
-pub fn is_covered(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
+pub fn is_in_contact(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
     // A solid that stands there may contain others. Where beams cross, a ray within one meets the other from outside.
     if stage.tracer.is_pressed(origin) {
         return (true, 1);
@@ -93,8 +93,8 @@ mod tests {
                     if depth_m.abs() < 1e-4 {
                         continue;
                     }
-                    let (covered, _) = element.is_covered(&stage, at, &mut stream);
-                    assert_eq!(covered, depth_m > 0.0, "{name} {point_m} {depth_m}");
+                    let (in_contact, _) = element.is_in_contact(&stage, at, &mut stream);
+                    assert_eq!(in_contact, depth_m > 0.0, "{name} {point_m} {depth_m}");
                     if depth_m > 0.0 {
                         let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
                         let met = stage.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
@@ -140,7 +140,7 @@ mod tests {
                     matches!(met, Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side))
                 };
                 in_the_dark += u32::from((0..RAYS).all(|_| meets_back(cosine_hemisphere(normal, stream.pair()))));
-                assert!(!is_covered(&stage, &origin, normal, &mut stream).0, "{}", element.point_m(&stage, at));
+                assert!(!is_in_contact(&stage, &origin, normal, &mut stream).0, "{}", element.point_m(&stage, at));
             }
         }
         assert!(in_the_dark > 100, "the planted fault told the same: {in_the_dark}");

@@ -47,7 +47,7 @@ pub fn direct_over_elements(
 ) -> u64 {
     map.fix_direct_levels(range.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
-    let replicas = map.direct.par_iter_mut().with_max_len(1).enumerate();
+    let replicas = map.direct_lx.par_iter_mut().with_max_len(1).enumerate();
     let done = replicas.map(|(replica, direct)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -93,14 +93,15 @@ pub fn direct_in_elements(
 ) -> u64 {
     let sites = map.len();
     let number = adaptive.stream_number();
-    let (detail, references_lx, exposed) = (&mut adaptive.detail, &adaptive.references_lx, &adaptive.exposed);
-    let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
+    let (detail, references_lx, contact_free) = (&mut adaptive.detail, &adaptive.references_lx, &adaptive.contact_free);
+    let replicas = map.direct_lx.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
         let mut scratch = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica as u32);
-        for index in range.clone().filter(|index| exposed[*index] > 0.0) {
-            let element = Element::of(context.stage, context.scene, elements, index as u32).exposed(exposed[index]);
+        for index in range.clone().filter(|index| contact_free[*index] > 0.0) {
+            let element =
+                Element::of(context.stage, context.scene, elements, index as u32).contact_free(contact_free[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
                 let seen = scratch.sample_twice(context.stage, &element, &mut stream);
@@ -134,7 +135,7 @@ pub fn chains(
         return Vec::new();
     };
     let replicas = map
-        .direct
+        .direct_lx
         .par_iter_mut()
         .with_max_len(1)
         .zip(map.indirect.par_iter_mut())
@@ -284,7 +285,7 @@ pub fn direct_at_points(
         let points = receivers.points.len();
         made.into_iter().for_each(|(entry, control_variate)| control_variates.keep(entry, points, control_variate));
         for (offset, sums_lx) in sums.iter().enumerate() {
-            for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
+            for (slab, sum_lx) in map.direct_lx.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;
             }
         }
