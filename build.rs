@@ -1,14 +1,14 @@
-//! Tells the program which commit it is built from, where that is known: from the environment, from the file that cargo puts into
-//! packages, or from git. Without any of them it is built all the same.
+//! Gives the program the commit that it is built from, if it is known: from the environment, from the file that cargo adds to packages, or
+//! from git. Without any of them the build still works.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Names the commit to whoever builds from a tree without git, and keeps builds from following the commits of one with git.
+/// Names the commit for builds from a tree without git. In a tree with git, builds with it do not depend on the tree's commits.
 const VARIABLE: &str = "LUXMC_COMMIT";
-/// Where cargo notes the commit of a package.
+/// File in which cargo stores the commit of a package.
 const OF_PACKAGE: &str = ".cargo_vcs_info.json";
-/// Digits of a commit that are told.
+/// Number of digits of the commit that are kept.
 const DIGITS: usize = 12;
 
 fn main() {
@@ -28,7 +28,7 @@ fn of_package() -> Option<String> {
 }
 
 fn of_git() -> Option<String> {
-    // A tree within another project's is not that project's commit.
+    // A tree inside another project must not get that project's commit.
     if !Path::new(".git").exists() {
         return None;
     }

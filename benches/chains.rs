@@ -1,4 +1,4 @@
-//! Chains a second on the cube and the office, single-threaded, and walks a second from the office's work plane.
+//! Chains per second on the cube and the office on one thread, and walks per second from the office's work plane.
 //!
 //! `cargo bench --bench chains`
 

@@ -1,8 +1,8 @@
-//! Rays a second on one thread, luxmc's tracer beside the stock tree of obvhs (CWBVH, very slow build), on the same
-//! triangles and the same incoherent diffuse rays.
+//! Rays per second on one thread: luxmc's tracer and the standard tree of obvhs (CWBVH, very slow build), on the same triangles and the
+//! same incoherent diffuse rays.
 //!
-//! `cargo bench --bench rays`. Both take turns over short pieces of the work, and each keeps its best time for each
-//! piece, so that other work on the machine hardly shows.
+//! `cargo bench --bench rays`. Both run in turns over short pieces of the work, and each keeps its best time for each piece. Other work on
+//! the machine therefore hardly matters.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -19,10 +19,10 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
 
 const RAYS: usize = 400_000;
-/// Rays timed in one go: some milliseconds.
+/// Rays timed at once: some milliseconds.
 const PIECE: usize = 20_000;
 const ROUNDS: usize = 15;
-/// How far the stock tree's rays start off their surface, in units of the scene's half-extent.
+/// Distance from the surface at which the stock tree's rays start, in units of the scene's half-extent.
 const STOCK_LIFT: f32 = 1e-6;
 
 fn main() {
@@ -41,7 +41,7 @@ fn main() {
     }
 }
 
-/// Runs both in turns over short pieces of the work and prints the sum of each piece's best.
+/// Runs both in turns over short pieces of the work and prints the rates from the sum of each piece's best time.
 fn report<R>(name: &str, work: &[R], luxmc: impl Fn(&[R]) -> u64, stock: impl Fn(&[R]) -> u64) {
     let seconds = |run: &dyn Fn(&[R]) -> u64, piece: &[R]| {
         let start = Instant::now();
@@ -72,7 +72,7 @@ struct Rivals {
     scene_scale: f64,
 }
 
-/// A ray for both: the stock tree takes metres over the hall's size, as f32.
+/// A ray for both. The stock tree uses coordinates scaled to the scene's half-extent, as f32.
 struct Diffuse {
     origin: Origin,
     direction: DVec3,
@@ -104,7 +104,7 @@ impl Rivals {
         Rivals { tracer: Tracer::new(scene), stock, stock_triangles, normals, corners_m, scene_center, scene_scale }
     }
 
-    /// Rays of diffuse chains, and segments between the places where two chains are.
+    /// Rays of diffuse chains, and segments between vertices of the chains.
     fn workload(&self) -> (Vec<Diffuse>, Vec<Segment>) {
         let mut random = stream(1);
         let mut chains = Vec::with_capacity(RAYS);
@@ -245,7 +245,7 @@ impl Mesh {
         }
     }
 
-    /// A ball of rings, `rings` from pole to pole and twice as many around.
+    /// A ball of rings: `rings` from pole to pole and twice as many around.
     fn ball(&mut self, center: DVec3, radius: f64, rings: u32) {
         let first = self.vertices_m.len() as u32;
         let around = 2 * rings;

@@ -1,8 +1,8 @@
 //! Time to a target error on 1 and 2 threads, and the true error reached, scene by scene.
 //!
-//! `cargo bench --bench time_to_error` prints a table and writes it to `target/time_to_error.csv`; names of scenes behind `--`
-//! run these alone, and `--record` adds the rows to `benches/history.csv`, from which the example `draw_speed` makes the
-//! README's table and plot. The hall needs its mesh (`cargo run --release --example make_hall`) and is left out without it.
+//! `cargo bench --bench time_to_error` prints a table and writes it to `target/time_to_error.csv`. Names of scenes after `--` run only
+//! these. `--record` adds the rows to `benches/history.csv`, from which the example `draw_speed` makes the README's table and plot. The
+//! hall needs its mesh (`cargo run --release --example make_hall`) and is left out without it.
 
 use std::fs::OpenOptions;
 use std::io::Write as _;
@@ -19,32 +19,32 @@ use luxmc::validation::utc_date;
 
 /// Columns of the history.
 const HEADER: &str = "date,machine,load_per_processor,threads,scene,map,target_error,compute_s,processor_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";
-/// Seeds whose median time, mean rays and mean squared errors are told.
+/// Number of seeds whose median time, mean rays and mean squared errors are reported.
 const SEEDS: u64 = 3;
-/// Every seed is run so many times, with one thread and two in turn, and the quickest counts: what else a machine does
-/// only adds. Dear runs are not repeated.
+/// Number of runs for every seed, alternately with one thread and two. The quickest counts, because other work on the machine only adds
+/// time. Slow runs are not repeated.
 const REPEATS: u32 = 4;
 const DEAR_S: f64 = 1.0;
-/// Pieces along an edge in which an element that adapts is compared.
+/// Pieces along an edge in which an adaptive element is compared.
 const PIECES: u32 = 6;
-/// Points along half an edge of the cube where its exact light is tabulated.
+/// Points along half an edge of the cube at which its exact light is tabulated.
 const STEPS: usize = 64;
 /// Edge of the cube in m.
 const CUBE_M: f64 = 4.0;
 
-/// What a run is judged by.
+/// The reference for the true error of a run.
 enum Truth {
-    /// Exact form factors; elements as given by their means, those that adapt at every point.
+    /// Exact form factors. Given elements are judged by their means, adaptive ones at every point.
     Cube(Box<CubeTruth>),
     /// The stored long run of the office: values and standard errors of every receiver set.
     LongRun(Vec<(String, Vec<(f64, f64)>)>),
-    /// Nothing is known.
+    /// No truth is known.
     None,
 }
 
 struct CubeTruth {
     exact: BoxRoomSolution,
-    /// Illuminance in lx of a quarter of a face; all faces and quarters are alike.
+    /// Illuminance in lx of a quarter of a face. All faces and quarters are alike.
     table_lx: Vec<Vec<f64>>,
 }
 
@@ -105,7 +105,7 @@ impl CubeTruth {
 }
 
 impl Truth {
-    /// Squared true error of the worst map; the stored run's own chance is taken off in the mean of squares.
+    /// Squared true error of the worst map. The random error of the stored run is subtracted as a mean of squares.
     fn squared_error(&self, scene: &Scene, solution: &Solution) -> Option<f64> {
         match self {
             Truth::Cube(cube) => Some(cube.squared_error(scene, solution)),
@@ -147,7 +147,7 @@ struct Subject {
     targets: &'static [f64],
 }
 
-/// The scene of the cube without its `max_element_edge`: two triangles a face.
+/// The scene of the cube without its `max_element_edge`: two triangles per face.
 fn plain_cube(root: &Path) -> Scene {
     let text = std::fs::read_to_string(root.join("scenes/cube.json")).expect("the cube");
     let mut value: serde_json::Value = serde_json::from_str(&text).expect("the cube");
@@ -189,21 +189,21 @@ fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
     subjects
 }
 
-/// What runs gave.
+/// Results of runs.
 struct Told {
     /// Seconds of computing with two threads.
     compute_s: f64,
-    /// Seconds that processors worked for it, both threads together.
+    /// Processor seconds of both threads together.
     processor_s: f64,
-    /// Seconds that the one thread worked, over those that the busier of two worked: what two threads gain where nothing
-    /// else wants the processors.
+    /// Processor seconds of the single thread divided by those of the busier of two threads. This is the gain of two threads if nothing
+    /// else needs the processors.
     speed_up: f64,
     rays: f64,
     true_error: Option<f64>,
     stated_error: f64,
 }
 
-/// Seconds that this thread has had a processor, as Linux tells it; else 0.
+/// Processor seconds of this thread, as Linux reports them; otherwise 0.
 fn worked_s() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|number| number.parse::<f64>().ok()).map_or(0.0, |nanoseconds| nanoseconds * 1e-9)
@@ -220,7 +220,7 @@ fn measured(subject: &Subject, target_error: f64) -> Told {
     let mut runs: Vec<Solution> = Vec::new();
     let (mut compute_s, mut processor_s, mut speed_up) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 0..SEEDS {
-        // Of one and of two threads: wall time, and what the busiest thread and all threads worked.
+        // For one and for two threads: wall time, and the processor time of the busiest thread and of all threads.
         let mut least = [[f64::INFINITY; 3]; 2];
         let mut solution = None;
         for _ in 0..REPEATS {
@@ -263,7 +263,7 @@ fn measured(subject: &Subject, target_error: f64) -> Told {
     }
 }
 
-/// Name of the processor, as the system tells it.
+/// Name of the processor, as the system reports it.
 fn machine() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
@@ -271,7 +271,7 @@ fn machine() -> String {
     format!("{} ({count} threads)", name.unwrap_or(std::env::consts::ARCH).trim()).replace(',', " ")
 }
 
-/// Processes that ran or waited in the last minute, over the processors: above 1 seconds tell of other work too.
+/// Processes that ran or waited in the last minute, divided by the number of processors. Above 1 the seconds include other work too.
 fn load() -> f64 {
     let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let running: Option<f64> = text.split(' ').next().and_then(|number| number.parse().ok());

@@ -7,12 +7,12 @@ use std::path::Path;
 
 use luxmc::validation::studies::{PlotLine, log_log};
 
-/// Targets of the table's columns.
+/// Targets in the columns of the table.
 const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
-/// True errors of the second table's.
+/// True errors in the columns of the second table.
 const TRUE_ERRORS: [f64; 3] = [0.01, 0.003, 0.001];
 
-/// Words of the history that the legend has no room for.
+/// Shorter forms of words in the history for which the legend has no room.
 const SHORTER: [(&str, &str); 5] = [
     ("3072 elements as given", "given"),
     ("12 triangles that adapt", "adapting"),
@@ -57,13 +57,14 @@ fn read(path: &Path) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// Two significant digits.
+/// A number with two significant digits.
 fn short(number: f64) -> String {
     let digits = (1.0 - number.abs().log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{number:.digits$}")
 }
 
-/// Seconds to a true error by runs that were more and less right, their true errors and seconds, worst first.
+/// Seconds to a true error, interpolated between runs with a larger and a smaller one. `known` holds true errors and seconds, largest error
+/// first.
 fn seconds_to(known: &[(f64, f64)], error: f64) -> Option<f64> {
     let around = known.windows(2).find(|pair| pair[0].0 >= error && error >= pair[1].0)?;
     let [(worse, sooner_s), (better, later_s)] = [around[0], around[1]];

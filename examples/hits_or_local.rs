@@ -2,10 +2,10 @@
 //!
 //!     cargo run --release --example hits_or_local -- [seeds]
 //!
-//! Points in the middle of elements on a surface. Counting takes the value of the element about the point, local estimation
-//! the point itself; both against the exact value at the point. Elements are so small that what a mean over them lacks is
-//! below the error asked for; their number does not slow the chains down. Counting is given as many chains as bring its
-//! error to that of local estimation, by a first run and error ∝ N^(−½), and then run and judged at that number.
+//! Points are in the centre of elements on a surface. Counting uses the value of the element around the point, local estimation that of the
+//! point itself. Both are compared with the exact value at the point. Elements are so small that the error of a mean over them is below the
+//! required error. Their number does not slow the chains down. Counting gets as many chains as bring its error to that of local estimation,
+//! according to a first run and error ∝ N^(−½). It is then run and judged at that number.
 
 use std::path::Path;
 
@@ -28,13 +28,13 @@ const CUBE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse"
   "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [2,2,2], "facing": "inward", "material": "grey", "max_element_edge": 0.1 } ],
   "luminaires": [ { "name": "source", "type": "point", "position": [0.7, 0.8, 1.4], "luminous_flux_lm": 1000 } ],
   "receivers": [ POINTS ] }"#;
-/// Receivers at most.
+/// Largest number of receivers.
 const MOST: usize = 1000;
 
 struct Case {
     name: &'static str,
     scene: Scene,
-    /// Elements in which the receivers lie.
+    /// Elements that contain the receivers.
     elements: Vec<usize>,
     truth_lx: Vec<f64>,
 }
@@ -43,7 +43,7 @@ fn run(scene: &Scene, method: Method, maps: MapSelection, chains: u64, seed: u64
     solve(scene, &Settings { method, seed, chains: Some(chains), maps, ..Settings::default() }, &Silent)
 }
 
-/// Puts receivers in the middles of the elements on a surface that are lit, evenly chosen.
+/// Places receivers at the centres of lit elements of a surface, evenly chosen.
 fn case(name: &'static str, text: &str, surface: &str) -> Result<Case, Box<dyn std::error::Error>> {
     let folder = Path::new("scenes");
     let bare = scene_from_json(&text.replace("POINTS", ""), None, folder)?;
@@ -124,7 +124,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let first = measured(case, Method::Collision, first_chains, 1);
         let scaled = (first_chains as f64 * (first[0] / local[0]).powi(2)).min(2e7) as u64;
         let counting = measured(case, Method::Collision, scaled, 1);
-        // What is left of a difference in error is taken off by error ∝ N^(−½).
+        // A remaining difference of the errors is corrected by error ∝ N^(−½).
         let rest = (counting[0] / local[0]).powi(2);
         println!(
             "{}: {}; {chains}, {:.2} %, {:.0}, {:.3} s; {scaled}, {:.2} %, {:.0}, {:.3} s; {:.1} × rays, {:.1} × time",

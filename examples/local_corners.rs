@@ -1,18 +1,18 @@
-//! Receivers ever nearer to the edge of an isothermal box, by local estimation, its plain kernel and walks: does the
-//! error bar hold, and what does an error of 1% cost?
+//! Receivers closer and closer to the edge of an isothermal box, by local estimation, its plain kernel and walks. Does the error bar hold,
+//! and how much work does an error of 1 % take?
 //!
 //!     cargo run --release --example local_corners -- [local|local-naive|collision] [chains] [seeds]
 //!
-//! The true illuminance is πL₀ everywhere. "cost" is the counted rays times the squared true error in percent: the rays
-//! to an error of 1%.
+//! The true illuminance is πL₀ everywhere. "cost" is the counted rays times the squared true error in percent, which is the number of rays
+//! for an error of 1 %.
 
 use luxmc::check::scene_from_json;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 
-/// Student's t at 15 degrees of freedom for 68.27% and 95.45%.
+/// Student's t at 15 degrees of freedom for 68.27 % and 95.45 %.
 const ONE_SIGMA: f64 = 1.0338;
 const TWO_SIGMA: f64 = 2.1812;
-/// Receivers along the edge.
+/// Number of receivers along the edge.
 const POINTS: f64 = 32.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seeds: u64 = std::env::args().nth(3).map_or(Ok(200), |text| text.parse())?;
     println!("{name}: distance/m, within 1 and 2 standard errors, true RMS error, rays, rays to 1 %");
     for distance_m in [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-        // On the floor, looking up; the wall beside it fills half of what it sees.
+        // Receivers are on the floor and face up. The wall beside it fills half of their field of view.
         let text = format!(
             r#"{{ "version": 1,
   "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},

@@ -1,4 +1,4 @@
-//! Writes the photometric files of `scenes/luminaires`, computed from closed formulas whose flux is known exactly.
+//! Writes the photometric files of `scenes/luminaires`, calculated from closed formulas whose flux is known exactly.
 //!
 //! `cargo run --release --example make_luminaire_files [FOLDER]`
 
@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// A luminaire made of a formula.
+/// A luminaire defined by a formula.
 pub struct Formula {
     /// File name.
     pub file: &'static str,
@@ -27,7 +27,7 @@ const DOWNLIGHT_LM: f64 = 1100.0;
 const WALL_WASHER_LM: f64 = 1500.0;
 const SPOTLIGHT_LM: f64 = 900.0;
 
-/// Φ = π I₀: the part in cos 2C integrates to nothing.
+/// Φ = π I₀: the part in cos 2C has the integral 0.
 fn troffer_cd(c: f64, gamma: f64) -> f64 {
     TROFFER_LM / PI * gamma.cos() * (1.0 + 0.2 * gamma.sin().powi(2) * (2.0 * c).cos())
 }
@@ -37,7 +37,7 @@ fn downlight_cd(_c: f64, gamma: f64) -> f64 {
     5.0 * DOWNLIGHT_LM / (2.0 * PI) * gamma.cos().powi(4)
 }
 
-/// Φ = π I₀ (1 + 1/4): the square's last term holds ∫ cos γ sin³γ dγ = 1/4 and the mean 1/2 of cos² C.
+/// Φ = π I₀ (1 + 1/4): the last term of the square contains ∫ cos γ sin³γ dγ = 1/4 and the mean 1/2 of cos² C.
 fn wall_washer_cd(c: f64, gamma: f64) -> f64 {
     WALL_WASHER_LM / (1.25 * PI) * gamma.cos() * (1.0 + gamma.sin() * c.cos()).powi(2)
 }
@@ -49,7 +49,7 @@ fn spotlight_cd(c: f64, gamma: f64) -> f64 {
     SPOTLIGHT_LM / at_one_candela_lm * gamma.cos().powi(20) * throw.powi(2)
 }
 
-/// `from`, `from + step`, … up to and with `to`.
+/// `from`, `from + step`, … up to and including `to`.
 fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
     (0..=((to - from) / step).round() as usize).map(|i| from + i as f64 * step).collect()
 }
@@ -120,7 +120,7 @@ pub fn file_text(formula: &Formula) -> String {
     }
 }
 
-/// An LM-63 text; `titles` are standard, luminaire, lamp, and lamps with lumens and multiplier.
+/// An LM-63 text. `titles` are standard, luminaire, lamp, and lamps with lumens and multiplier.
 fn ies(
     formula: &Formula,
     titles: (&str, &str, &str, &str),
@@ -150,7 +150,7 @@ fn ies(
     lines.join("\r\n") + "\r\n"
 }
 
-/// An EULUMDAT text; `kinds` are Ityp, Isym, Mc and the luminaire's name, `sizes` length, width, height in mm.
+/// An EULUMDAT text. `kinds` are Ityp, Isym, Mc and the luminaire's name, `sizes` length, width, height in mm.
 fn eulumdat(
     formula: &Formula,
     kinds: (&str, &str, usize, &str),
@@ -180,14 +180,14 @@ fn eulumdat(
     lines.join("\r\n") + "\r\n"
 }
 
-/// A number with so many decimals, without the sign of a zero.
+/// A number with `places` decimals. Zero has no sign.
 fn decimals(value: f64, places: usize) -> String {
     let mut text = String::new();
     let _ = write!(text, "{:.places$}", value.max(0.0) + 0.0);
     text
 }
 
-/// Values in lines of at most 132 characters, the longest that LM-63 allows.
+/// Values in lines of at most 132 characters, the limit of LM-63.
 fn wrapped(values: impl Iterator<Item = String>) -> Vec<String> {
     let mut lines = vec![String::new()];
     for value in values {

@@ -1,5 +1,5 @@
-//! What a run takes of memory for every triangle, element, receiver, luminaire, and gathering ray: the peak of two runs of the
-//! program that differ in their number, over the difference. The same of a cell and of a sample in it, by filling cells alone.
+//! Memory per triangle, element, receiver, luminaire, and gathering ray: the difference of the peaks of two runs of the program, divided by
+//! the difference of their counts. The same for a cell and for a sample in it, by filling cells only.
 //!
 //!     cargo build --release && cargo run --release --example memory_table -- target/release/luxmc
 
@@ -16,14 +16,14 @@ use serde_json::Value;
 #[global_allocator]
 static MEMORY: CountedMemory = CountedMemory;
 
-/// What is counted: its name, where it stands, a scene with about so many of it, and arguments.
+/// What is counted: its name, the condition, a scene with about that number of it, and arguments.
 struct Row {
     name: &'static str,
     condition: &'static str,
     counts: [usize; 2],
     scene: fn(usize, &Path) -> std::io::Result<String>,
     arguments: &'static [&'static str],
-    /// How many there were, by the summary.
+    /// The exact count, from the summary.
     count_of: fn(&Value) -> f64,
 }
 
@@ -40,7 +40,7 @@ fn scene(geometry: &str, edge: &str, luminaires: &str, receivers: &str) -> Strin
     )
 }
 
-/// A terrain of about so many triangles from an OBJ file.
+/// A terrain of about `count` triangles in an OBJ file.
 fn triangles(count: usize, folder: &Path) -> std::io::Result<String> {
     let side = (0.5 * count as f64).sqrt() as usize;
     let mut text = String::new();
@@ -149,7 +149,7 @@ const ROWS: [Row; 8] = [
     },
 ];
 
-/// Runs the program and tells its peak in bytes with the count.
+/// Runs the program and returns its peak memory in bytes and the count.
 fn measure(luxmc: &Path, row: &Row, run: usize, folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
     let count = row.counts[run];
     std::fs::write(folder.join("scene.json"), (row.scene)(count, folder)?)?;
@@ -173,7 +173,7 @@ fn measure(luxmc: &Path, row: &Row, run: usize, folder: &Path) -> Result<(f64, f
 const CELLS: [[usize; 2]; 2] = [[400, 1], [800, 1]];
 const SAMPLES: [[usize; 2]; 2] = [[800, 2], [800, 8]];
 
-/// Fills so many cells with so many samples each, and solves for their light: the peak so far, with cells and samples.
+/// Fills cells with samples and solves for their light. Returns the peak memory so far, the number of cells and that of samples.
 fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
     let mut cells = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(10.0)], [0.3; 3], 0.1));
     let lookups = (0..across * across).map(|place| {

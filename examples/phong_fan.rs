@@ -1,11 +1,10 @@
-//! The angular distribution of the luminance of glossy planes under a bright ball, by local estimation against plain
-//! backward paths; after figure 6 of V. S. Zheltov and V. P. Budak, "Local Monte Carlo estimation methods in the solution of global
-//! illumination equation".
+//! The angular distribution of the luminance of glossy planes under a bright ball, by local estimation against plain backward paths; after
+//! figure 6 of V. S. Zheltov and V. P. Budak, "Local Monte Carlo estimation methods in the solution of global illumination equation".
 //!
 //!     cargo run --release --example phong_fan -- OUT.svg [chains] [error of the paths in %]
 //!
-//! Every direction gets as many paths as bring its standard error to the one asked for (0.13%), by the spread of 4,096
-//! others. Prints both values of every direction with their standard errors and the wall time of each way.
+//! Every direction gets as many paths as are needed for the required standard error (0.13 %), according to the spread of 4,096 others.
+//! Prints both values of every direction with their standard errors, and the wall time of each method.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -33,21 +32,21 @@ const SCENE: &str = r#"{ "version": 1,
   "luminaires": [ { "name": "ball", "type": "sphere", "center": [0, 0, 0.5], "radius": 0.2, "luminous_flux_lm": 10 } ],
   "receivers": [ { "name": "fan", "type": "luminance", "position": [0.9, 0, 0.01],
     "fan": { "direction": [0, 0, -1], "axis": [0, 1, 0], "from_deg": -80, "to_deg": 80, "count": 17 } } ] }"#;
-/// The ball.
+/// Centre of the ball in m.
 const BALL_M: DVec3 = DVec3::new(0.0, 0.0, 0.5);
 const RADIUS_M: f64 = 0.2;
-/// Paths from which the number of the others follows.
+/// Pilot paths from which the number of the other paths follows.
 const PILOT_PATHS: u64 = 4096;
 
-/// What the plain paths of a direction found.
+/// Result of the plain paths of a direction.
 struct Plain {
     mean_cd_m2: f64,
     error_cd_m2: f64,
     paths: u64,
 }
 
-/// One backward path: at every vertex the law towards a direction drawn uniformly in the cone that the ball fills, if
-/// nothing stands before it. Returns the luminance over that of the ball.
+/// One backward path. At every vertex it evaluates the BSDF towards a direction drawn uniformly in the cone of the ball, if nothing hides
+/// it. Returns the luminance divided by that of the ball.
 fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
     let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
     let mut sum = 0.0;
@@ -80,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let asked_percent: f64 = std::env::args().nth(3).map_or(Ok(0.13), |text| text.parse())?;
     let scene = scene_from_json(SCENE, None, Path::new("."))?;
     let eyes = &scene.receivers[0].points;
-    // Negative where the line of sight runs towards the ball's foot.
+    // Negative where the line of sight goes towards the ball's foot.
     let angle = |index: usize| eyes[index].normal.x.atan2(-eyes[index].normal.z).to_degrees();
     let settings = Settings {
         method: Method::Local,

@@ -1,10 +1,10 @@
-//! What quasi-random points gain, estimator by estimator: the relative error over the number of samples from random numbers
-//! and from scrambled Sobol points, and the exponents α of error ∝ N^(−α) that fit.
+//! The gain by quasi-random points for each estimator: the relative error against the number of samples, from random numbers and from
+//! scrambled Sobol points, and the fitted exponents α of error ∝ N^(−α).
 //!
 //!     cargo run --release --example quasi_gain -- [repetitions]
 //!
-//! Every estimator is unbiased, so that its error is the spread over independent repetitions: root mean square over the
-//! entries of their standard deviations, over the root mean square of the entries.
+//! Every estimator is unbiased, so that its error is the spread over independent repetitions: root mean square over the entries of their
+//! standard deviations, divided by the root mean square of the entries.
 
 use std::path::Path;
 
@@ -51,7 +51,7 @@ fn start(stream: &mut Stream, quasi: bool, sequence: u64, number: u64) {
     if quasi { stream.seek_quasi(index, sequence, number) } else { stream.seek(index) }
 }
 
-/// Spread of an estimator's entries over repetitions, as a part of their size.
+/// Spread of an estimator's entries over repetitions, as a share of their size.
 fn spread(repetitions: u32, run: impl Fn(&mut Stream) -> Vec<f64> + Sync) -> f64 {
     let runs: Vec<Vec<f64>> = (0..repetitions)
         .into_par_iter()
@@ -67,7 +67,7 @@ fn spread(repetitions: u32, run: impl Fn(&mut Stream) -> Vec<f64> + Sync) -> f64
     (variance / size).sqrt()
 }
 
-/// Slope of ln error over ln N.
+/// Slope of ln error against ln N.
 fn exponent(errors: &[f64]) -> f64 {
     let points: Vec<(f64, f64)> =
         COUNTS.iter().zip(errors).map(|(count, error)| ((*count as f64).ln(), error.ln())).collect();
@@ -86,7 +86,7 @@ fn show(name: &str, repetitions: u32, run: impl Fn(&mut Stream, bool, u64) -> Ve
     println!("| {name} | {} | {:.2} | {:.2} |", cells.join(" | "), alphas[0], alphas[1]);
 }
 
-/// The exact indirect illuminance of Sobolev's planes, looked up in a fine table.
+/// The exact indirect illuminance of Sobolev's planes, read from a fine table.
 struct Exact<'a> {
     table_lx: &'a [f64],
 }
@@ -173,7 +173,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         anchors.set_levels(&stage, 0.23);
         anchors.set_walk_rates();
         let flux_lm = stage.emitters.luminous_flux_lm();
-        // As the pilot would have it: 8 chains a walk.
+        // As the pilot would choose: 8 chains per walk.
         let connecting = Connecting { bound: 4.0 * std::f64::consts::PI * 8.0 / flux_lm, threshold: 0.0 };
         show(name, repetitions, |stream, quasi, count| {
             let mut sums = vec![0.0; set.points.len()];

@@ -1,4 +1,4 @@
-//! Input that fights back: whatever stands in a file, it is read or refused, quickly and in little memory.
+//! Hostile input: any file is either read or refused, quickly and with little memory.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -12,14 +12,14 @@ use luxmc::scene::{mesh_from_obj, receiver_points_from_csv};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Counts the bytes that a thread asks for.
+/// Counts the bytes that a thread allocates.
 struct Counting;
 
 thread_local! {
     static ASKED_BYTES: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: all is passed on to the system's allocator; the counter is a constant-initialised cell, which allocates nothing.
+// SAFETY: every call is passed on to the system's allocator. The counter is a constant-initialised cell, which allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ASKED_BYTES.with(|asked| asked.set(asked.get().wrapping_add(layout.size())));
@@ -33,14 +33,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Bytes that this thread asks for while something is done.
+/// Bytes that this thread allocates while `work` runs.
 fn bytes_asked_by(work: impl FnOnce()) -> usize {
     let before = ASKED_BYTES.get();
     work();
     ASKED_BYTES.get().wrapping_sub(before)
 }
 
-/// Ends a test that hangs, after minutes; how long it takes before does not matter.
+/// Runs `work` in a thread. The test fails after minutes if it hangs; shorter times do not matter.
 fn without_hanging(work: impl FnOnce() + Send + 'static) {
     let (tell, told) = mpsc::channel();
     let thread = std::thread::spawn(move || {
@@ -53,9 +53,10 @@ fn without_hanging(work: impl FnOnce() + Send + 'static) {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }
 
-/// Far beyond what a busy machine takes for work that grows with the size of the input.
+/// Far longer than a busy machine needs for work that grows with the size of the input.
 const HANGS_AFTER: Duration = Duration::from_secs(180);
-/// Bytes that refusing an object may ask for: the error and its words, and no thousandth of the objects that are refused here.
+/// Limit of the bytes that a refused object may allocate. It is enough for the error and its message, and less than a thousandth of the
+/// objects that are refused here.
 const MOST_REFUSAL_BYTES: usize = 64 << 10;
 
 fn corpus(reader: &str) -> Vec<Vec<u8>> {
@@ -67,7 +68,7 @@ fn corpus(reader: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| std::fs::read(path).expect("readable")).collect()
 }
 
-/// Gives bytes to a reader; its answer does not matter, but that there is one.
+/// Passes bytes to a reader. Any answer is accepted, but there must be one.
 fn read_as(reader: &str, bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let said = match reader {
@@ -137,7 +138,7 @@ proptest! {
     }
 }
 
-/// The list of a scene that an object stands in.
+/// The list of a scene that holds an object.
 #[derive(Clone, Copy, PartialEq)]
 enum List {
     Geometry,
@@ -145,7 +146,7 @@ enum List {
     Receivers,
 }
 
-/// A scene with these objects beside a plain room and lamp.
+/// A scene with these objects, a plain room and one lamp.
 fn scene_text(objects: &[(List, &str)]) -> String {
     let of = |list: List| objects.iter().filter(move |(of, _)| *of == list).map(|(_, object)| *object);
     let room =
@@ -166,14 +167,14 @@ fn scene_with(list: List, objects: &[&str]) -> String {
     scene_text(&objects.iter().map(|object| (list, *object)).collect::<Vec<(List, &str)>>())
 }
 
-/// Why a scene is refused, and the bytes that were asked for until then.
+/// The error of a refused scene, and the bytes that were allocated until the refusal.
 fn refusal(text: &str) -> (String, usize) {
     let mut told = None;
     let bytes = bytes_asked_by(|| told = scene_from_json(text, None, Path::new(".")).err());
     (told.expect("the scene is refused").to_string(), bytes)
 }
 
-/// Bytes that the last of some objects asks for by itself: beyond a scene in which a word stands in its place.
+/// Bytes that the last of these objects allocates by itself: the difference from a scene that has a plain string in its place.
 fn bytes_asked_by_the_last(list: List, objects: &[&str], says: &str) -> usize {
     let (told, bytes) = refusal(&scene_with(list, objects));
     assert!(told.contains(says), "{told}");
@@ -182,7 +183,7 @@ fn bytes_asked_by_the_last(list: List, objects: &[&str], says: &str) -> usize {
     bytes.saturating_sub(refusal(&scene_with(list, &others)).1)
 }
 
-/// The last of some objects is refused, and nothing of the size that it asks for is made first.
+/// Checks that the last object is refused before anything of its size is allocated.
 fn refused(list: List, objects: &[&str], says: &str) {
     let bytes = bytes_asked_by_the_last(list, objects, says);
     assert!(bytes < MOST_REFUSAL_BYTES, "{bytes} bytes were asked for before it was told: {says}");
@@ -230,7 +231,8 @@ fn array(name: &str, columns: u64) -> String {
 fn a_few_bytes_that_ask_for_millions_are_refused_before_they_are_made() {
     refused(List::Geometry, &[&sphere("s", "1e-9")], "too many triangles");
     refused(List::Geometry, &[&sphere("s", "0.0012")], "too many triangles");
-    // Each alone is allowed; the second of two is not, and is never made. So are the grids, fans, views and arrays.
+    // Each of the two objects alone is allowed. The second one is refused before it is made. This also holds for grids, fans, views and
+    // arrays.
     refused(List::Geometry, &[&sphere("one", "0.01"), &sphere("other", "0.0019")], "too many triangles");
     for edge in ["1e-5", "1e-300", "1e-4"] {
         refused(List::Geometry, &[&panel(edge)], "too many elements");
@@ -251,8 +253,8 @@ fn a_few_bytes_that_ask_for_millions_are_refused_before_they_are_made() {
     refused(List::Luminaires, &[&array("one", 50_000), &array("other", 960_000)], "too many luminaires");
 }
 
-/// The planted faults: objects that are made before the scene is refused, each a hundredth or less of those above, are over the
-/// bound. (Elements take no memory before they are asked for.)
+/// The planted faults: objects that are made before the scene is refused. Each has a hundredth or less of the size of those above, and
+/// still exceeds the limit. (Elements take no memory until they are requested.)
 #[test]
 fn what_is_made_before_it_is_refused_is_counted() {
     let made = |list: List, object: &str| {
@@ -282,7 +284,7 @@ fn a_face_with_very_many_corners_is_refused_and_many_parts_are_read_quickly() {
     let error = mesh_from_obj(&text, Path::new("m.obj")).expect_err("too many corners");
     assert!(error.to_string().contains("at most 1024 corners"), "{error}");
 
-    // Looking through all names for each part would take minutes.
+    // A search through all names for each part would take minutes.
     without_hanging(|| {
         let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_string();
         (0..400_000).for_each(|part| text += &format!("usemtl part {part}\nf 1 2 3\n"));
@@ -311,8 +313,8 @@ fn luminaires_outside_are_reported_in_one_warning() {
 
 #[test]
 fn many_luminaires_in_fine_spheres_are_looked_at_once() {
-    // 20,000 luminaires inside of a sphere of 80,000 triangles. What shuts light in is searched for in 104 million steps at most;
-    // a look over all triangles for each luminaire would take 1,600 million, and the sphere would be told to be open.
+    // 20,000 luminaires inside a sphere of 80,000 triangles. The search for the surface that encloses a luminaire takes 104 million steps
+    // at most. A test of all triangles for each luminaire would take 1,600 million, and the sphere would be reported as open.
     let sphere = r#"{ "name": "s", "type": "sphere", "center": [0,0,0], "radius": 1000, "facing": "inward", "material": "m", "max_element_edge": 20 }"#;
     let array = r#"{ "name": "a", "type": "point", "position": [1,1,9], "intensity_cd": 1, "columns": 200, "rows": 100, "u": [1,0,0], "v": [0,1,0] }"#;
     let text = scene_text(&[(List::Geometry, sphere), (List::Luminaires, array)]);

@@ -1,6 +1,7 @@
-//! `mpirun -n P luxmc solve …` as its users see it: the bytes of shares merged by hand, and what is left of a run that loses a rank.
+//! `mpirun -n P luxmc solve …` as its users see it. The result has the same bytes as shares merged by hand. A run that loses a rank leaves
+//! what was merged.
 //!
-//! Built with `--features mpi` alone; without an `mpirun` in the path there is nothing to run.
+//! It is built only with `--features mpi`. Without `mpirun` in the path there is nothing to run.
 #![cfg(all(feature = "mpi", unix))]
 
 mod cli_support;
@@ -10,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use cli_support::*;
 
-/// The program in so many ranks on this machine.
+/// The program on `count` ranks on this machine.
 fn ranks(count: usize, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(["--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n", &count.to_string()]);
@@ -74,7 +75,7 @@ fn rounds_go_on_to_the_target_and_bad_usage_ends_all_ranks() {
     assert!(!home.path("none").exists());
 }
 
-/// A rank that is killed ends the job, as MPI has it; what was merged up to then stands written, whole.
+/// A killed rank ends the job, as MPI requires. The files contain everything that was merged until then, and they are whole.
 #[test]
 fn a_lost_rank_leaves_what_was_merged() {
     if !has_mpirun() {

@@ -1,4 +1,4 @@
-//! Texts in other languages: that nothing is left unsaid, and that no English stands on a page in another language.
+//! Texts in other languages: every text has a translation, and a page in another language contains no English.
 
 mod common;
 
@@ -9,7 +9,7 @@ use common::{Silent, scene_of};
 use luxmc::output::{Language, ReportContext, in_language, plots, report_files};
 use luxmc::solver::{MapSelection, Settings, solve};
 
-/// Files below a folder with an ending.
+/// Files below a folder with this extension.
 fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder of the sources") {
@@ -29,7 +29,7 @@ fn source(folder: &str) -> Vec<String> {
     files(&folder, "rs").iter().map(|path| std::fs::read_to_string(path).expect("a source")).collect()
 }
 
-/// The literal that begins a text, as the compiler reads it.
+/// The string literal at the start of a text, as the compiler reads it.
 fn literal(text: &str) -> Option<String> {
     let mut letters = text.trim_start().strip_prefix('"')?.chars().peekable();
     let mut read = String::new();
@@ -50,7 +50,7 @@ fn literal(text: &str) -> Option<String> {
     }
 }
 
-/// All that the program says in the language of its reader.
+/// All texts that the program writes in the language of its reader.
 fn said() -> BTreeSet<String> {
     let mut said = BTreeSet::new();
     for text in ["src/output", "src/cli"].into_iter().flat_map(source) {
@@ -60,12 +60,12 @@ fn said() -> BTreeSet<String> {
     }
     let view = include_str!("../src/output/view.html");
     said.extend(view.split("[[").skip(1).filter_map(|rest| Some(rest.split_once("]]")?.0.to_owned())));
-    // What kinds of luminaires are called stands with them.
+    // The names of the kinds of luminaires stand with the kinds.
     let kinds = include_str!("../src/scene/emission.rs");
     let kinds: Vec<String> = kinds.split(" words: ").skip(1).filter_map(literal).collect();
     assert!(kinds.len() > 7, "the words of the kinds were not found: {kinds:?}");
     said.extend(kinds);
-    // How macros are shown in the documents of their module.
+    // The placeholder in the documentation of the macros.
     said.remove("…");
     said
 }
@@ -94,7 +94,7 @@ fn every_language_has_words_for_all_that_is_said_and_for_nothing_else() {
         assert!(known.contains(&code.as_str()), "{code} is not among the files in texts.rs");
         let missing: Vec<&String> = said.iter().filter(|english| !texts.contains_key(*english)).collect();
         assert!(missing.is_empty(), "{code} has no words for {missing:#?}");
-        // Words of other rooms are said by what holds them.
+        // Texts of other rooms are string literals in their own sources.
         let is_dead = |english: &&String| !said.contains(*english) && !sources.contains(&format!("\"{english}\""));
         let dead: Vec<&String> = texts.keys().filter(is_dead).collect();
         assert!(dead.is_empty(), "{code} has words that nothing says: {dead:#?}");
@@ -108,7 +108,7 @@ fn every_language_has_words_for_all_that_is_said_and_for_nothing_else() {
     }
 }
 
-/// Words of entries of standards and of findings are held in other rooms: all of them have words too.
+/// Texts of the standard's entries and of findings stand in other rooms. All of them need translations too.
 #[test]
 fn words_of_other_rooms_are_translated() {
     let entries = include_str!("../src/scene/standard_entries.rs");
@@ -127,7 +127,7 @@ fn words_of_other_rooms_are_translated() {
     }
 }
 
-/// A room with all that a report tells of, in names that are no language's.
+/// A room with everything that a report shows. Its names belong to no language.
 const ROOM: &str = r#"{ "version": 1, "title": "X9", "energy": { "day_hours": 2000 },
   "materials": { "m1": { "type": "diffuse", "reflectance": 0.5 } },
   "geometry": [
@@ -144,7 +144,8 @@ const ROOM: &str = r#"{ "version": 1, "title": "X9", "energy": { "day_hours": 20
       "requirements": { "en_1838": "open area", "flux_factor": 0.2 } },
     { "name": "u1", "type": "ugr", "position": [0.5,2.5,1.2], "view_direction": [1,0,0], "requirements": { "ugr": 19 } } ] }"#;
 
-/// English words that would be on the page, were anything left of it; parts of surfaces are named as in scene files, `r1/floor`.
+/// English words that would be on the page if a text were not translated. Parts of surfaces have names as in scene files, such as
+/// `r1/floor`.
 const ENGLISH: [&str; 39] = [
     "the",
     "of",
@@ -187,7 +188,7 @@ const ENGLISH: [&str; 39] = [
     "each",
 ];
 
-/// A page without what is nobody's language: styles, scripts, commands, and what says that it is English.
+/// A page without the parts that are not translated: styles, scripts, commands, and list items marked as English.
 fn readable(page: &str) -> String {
     let mut text = page.to_owned();
     for [begin, end] in [
@@ -204,7 +205,7 @@ fn readable(page: &str) -> String {
     }
     let mut plain = String::new();
     for piece in text.split('<') {
-        // Words of labels are read too.
+        // The text of labels is read too.
         if let Some((tag, behind)) = piece.split_once('>') {
             let labels = tag.split("aria-label=\"").skip(1).filter_map(|label| label.split('"').next());
             labels.for_each(|label| plain += &format!(" {label} "));
@@ -218,7 +219,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|letter: char| !letter.is_alphabetic()).filter(|word| !word.is_empty())
 }
 
-/// What a report tells of a run besides, in a language.
+/// The other data of a report, in one language.
 fn context_in(language: Language) -> ReportContext {
     ReportContext {
         scene: "x9".into(),
@@ -250,7 +251,7 @@ fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
     let left: BTreeSet<&str> = words(&german).filter(|word| ENGLISH.contains(&word.to_lowercase().as_str())).collect();
     assert!(left.is_empty(), "{left:?}");
     assert!(german.contains("LENI") && german.contains("Antipanikbereich") && german.contains("zylindrisch"));
-    // Numbers of entries, versions and days have points.
+    // Numbers of the standard's entries and of versions have points.
     let numbers = |text: &str| -> Vec<String> {
         let pieces = text.split(|letter: char| !letter.is_ascii_digit() && letter != '.');
         let is_decimal = |piece: &&str| {
@@ -261,7 +262,7 @@ fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
     };
     assert_eq!(numbers(&german), Vec::<String>::new());
 
-    // The planted fault: the English page has these words and such numbers.
+    // The planted fault: the English page has these words and numbers with decimal points.
     let english = page_in(Language::ENGLISH);
     let left: BTreeSet<&str> = words(&english).filter(|word| ENGLISH.contains(&word.to_lowercase().as_str())).collect();
     assert!(left.len() > 30 && numbers(&english).len() > 20, "{left:?}");

@@ -1,4 +1,4 @@
-//! Keeps the house tidy: floors, prints, f32, and the length of files.
+//! Rules of order for the sources: floors, prints, f32, and the length of files.
 
 mod house;
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use house::{Modules, named_in, product_code, tuned, without_comments};
 
-/// Rooms and their floors; a room may use only rooms on lower numbers.
+/// Rooms and their floors. A room may use only rooms with lower numbers.
 const FLOORS: &[(&str, u32)] = &[
     ("base", 0),
     ("scene", 1),
@@ -31,10 +31,10 @@ const FLOORS: &[(&str, u32)] = &[
     ("cli", 11),
 ];
 
-/// Lines that can be read in one sitting.
+/// Lines of a file that can be read in one sitting.
 const LONGEST_FILE: usize = 600;
 
-/// Files of Rust below a folder, with their texts, in the order of their names.
+/// Rust files below a folder with their texts, sorted by path.
 fn rust_files(folder: &Path) -> Vec<(PathBuf, String)> {
     fn walk(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
         let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -98,7 +98,7 @@ fn rooms_use_only_the_floors_above_them() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// The façade in `lib.rs` would lead past the floors: it is for those outside, and for tests.
+/// The façade in `lib.rs` would bypass the floors. It is for code outside of the library and for tests.
 #[test]
 fn rooms_do_not_look_through_the_facade() {
     let broken = complaints(|path, text| {
@@ -111,7 +111,7 @@ fn rooms_do_not_look_through_the_facade() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// What rooms must not know: pieces of paths that their code, tests apart, may not name.
+/// Names that a room's code may not contain in a path. Tests are exempt.
 const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("base", &["rayon", "random", "time", "fs"]),
     ("scene", &["rayon", "random", "time"]),
@@ -132,8 +132,8 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("output", &["random"]),
 ];
 
-/// Files that know of one such thing for all of their room: what is learned before packets fly is learned on threads, and a path
-/// looks at the clock where it is very long.
+/// Files that may use one of these names, as the only ones of their room. Tables that are built before the packets start are built on
+/// several threads, and a very long path reads the clock.
 const KNOW_FOR_THEIR_ROOM: &[(&str, &str)] = &[
     ("chain/patience.rs", "time"),
     ("chain/selection_by_cell.rs", "rayon"),
@@ -171,7 +171,7 @@ fn rooms_do_not_know_what_is_not_theirs() {
         KNOW_FOR_THEIR_ROOM.len(),
         "KNOW_FOR_THEIR_ROOM tells of files that know nothing by now: {known:?}"
     );
-    // A word that nobody names forbids nothing.
+    // A word that no file names forbids nothing.
     let words = MUST_NOT_KNOW.iter().flat_map(|(_, words)| *words);
     let idle: Vec<&&str> = words.filter(|word| !seen.contains(**word)).collect();
     assert!(idle.is_empty(), "{idle:?}");
@@ -184,7 +184,7 @@ fn files_of_a_room_do_not_import_each_other_in_circles() {
     assert!(found.is_empty(), "files in circles of imports: {found:#?}");
 }
 
-/// Units as documents write them, and as names end in them.
+/// Units as documents write them, and the endings of names for them.
 const UNITS: &[(&str, &str)] = &[
     ("m", "m"),
     ("mm", "mm"),
@@ -203,7 +203,7 @@ const UNITS: &[(&str, &str)] = &[
     ("rad", "rad"),
 ];
 
-/// Public fields of f64 whose documents tell a unit that their names do not have.
+/// Public fields of f64 whose document states a unit that the name lacks.
 fn fields_without_their_units(text: &str) -> Vec<String> {
     let (mut document, mut wrong) = (String::new(), Vec::new());
     for line in text.lines().map(str::trim) {
@@ -222,7 +222,7 @@ fn fields_without_their_units(text: &str) -> Vec<String> {
             let has = |unit: &str| {
                 name.split('_').any(|piece| piece == unit || piece == "per" || piece == "lumens" && unit == "lm")
             };
-            // A weight may be an area, or no area at all.
+            // A weight can be an area or have no unit.
             if told.is_some_and(|(_, unit)| !has(unit)) && !document.contains("or 1") {
                 wrong.push(name.to_owned());
             }
@@ -244,15 +244,15 @@ fn fields_have_their_units_in_their_names() {
     assert_eq!(fields_without_their_units(fields), ["area"]);
 }
 
-/// Pieces of names that tell of looks along straight ways, and of what lies inside of what.
+/// Pieces of names for rays and for tests of what lies inside a surface.
 const WORDS_OF_RAYS: [&str; 9] = ["ray", "rays", "met", "hit", "hits", "occluded", "trace", "winding", "encloses"];
 
-/// The pieces of a line's names: those of `first_met` are `first` and `met`; comments and texts do not count.
+/// Pieces of the names in a line: `first_met` gives `first` and `met`. Comments and strings do not count.
 fn pieces_of_names(line: &str) -> Vec<&str> {
     if line.trim_start().starts_with("//") {
         return Vec::new();
     }
-    // What stands between quotes is every second piece.
+    // Text between quotes is every second piece.
     line.split('"').step_by(2).flat_map(|code| code.split(|c: char| !c.is_alphanumeric())).collect()
 }
 
@@ -262,7 +262,7 @@ fn the_scene_is_read_value_by_value_without_a_ray() {
         if room_of(path).is_none_or(|room| room != "scene") {
             return Vec::new();
         }
-        // Which opening light from the sky belongs to is told along its line, by who samples the sky.
+        // The opening that light from the sky belongs to is found along the ray, by the sampling of the sky.
         let told_along_lines = path.ends_with("scene/openings.rs");
         let lines = text.lines().enumerate().filter(|_| !told_along_lines);
         let pieces =
@@ -291,21 +291,21 @@ fn only_the_command_line_prints() {
 #[test]
 fn only_the_geometry_works_in_f32_or_knows_obvhs() {
     let broken = complaints(|path, text| {
-        // Fonts, pixels, glTF and PDF come in f32, and no result goes through them.
+        // Fonts, pixels, glTF and PDF use f32, and no result passes through them.
         let draws_pixels = ["output/font.rs", "output/raster.rs", "output/glb.rs", "output/pdf/ink.rs"]
             .iter()
             .any(|drawing| path.ends_with(drawing));
         if draws_pixels || room_of(path).is_some_and(|room| room == "geometry") {
             return Vec::new();
         }
-        // Cells and what looks them up are kept in f32, by the million, and summed in f64.
+        // Millions of cells and their lookup tables are stored in f32 and summed in f64.
         let keeps_cells =
             ["estimators/gathering.rs", "solver/gathering.rs"].iter().any(|keeping| path.ends_with(keeping));
         let in_cells = path.parent().is_some_and(|folder| folder.ends_with("solver/gathering"));
         if keeps_cells || in_cells || room_of(path).is_some_and(|room| room == "caches") {
             return Vec::new();
         }
-        // How often an emitter is looked at is weighed in f32; the probability of a choice is that of the very weights.
+        // The sampling weights of emitters are stored in f32. The probability of a choice is computed from the same weights.
         if path.ends_with("sampling/few_beacons.rs") {
             return Vec::new();
         }
@@ -326,7 +326,7 @@ fn files_can_be_read_in_one_sitting() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
-/// Characters of a line of `docs/methods.md`.
+/// Largest number of characters in a line of `docs/methods.md`.
 const LONGEST_LINE: usize = 160;
 
 #[test]
@@ -337,13 +337,13 @@ fn lines_of_the_methods_can_be_read_side_by_side() {
     assert!(long.is_empty(), "lines of docs/methods.md, and their lengths: {long:?}");
 }
 
-/// The numbers of the equations of `docs/methods.md`, in their order: those that stand at the end of a formula's line.
+/// Numbers of the equations of `docs/methods.md`, in order. They stand at the end of a formula's line.
 fn equations(methods: &str) -> Vec<u32> {
     let formulas = methods.lines().filter(|line| line.starts_with("    "));
     formulas.filter_map(|line| line.strip_suffix(')')?.rsplit_once("  (")?.1.parse().ok()).collect()
 }
 
-/// The equations that a file cites: `docs/methods.md (2), (3)` cites two.
+/// Equations that a file cites: `docs/methods.md (2), (3)` cites two.
 fn equations_cited(text: &str) -> Vec<u32> {
     let comments =
         text.lines().map(|line| line.trim().trim_start_matches(['/', '!']).trim()).collect::<Vec<_>>().join(" ");
@@ -364,7 +364,7 @@ fn equations_cited(text: &str) -> Vec<u32> {
 #[test]
 fn equations_are_numbered_once_and_cited_where_they_are_computed() {
     let methods = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods.md")).unwrap();
-    // A number of a formula is a number: none has a letter, and none is left without.
+    // The number of a formula has no letter, and every formula has a number.
     let formulas = methods.lines().filter(|line| line.starts_with("    ") && !line.trim().is_empty());
     let unnumbered: Vec<&str> = formulas.filter(|line| equations(line).is_empty()).collect();
     assert!(unnumbered.is_empty(), "formulas of docs/methods.md without a number: {unnumbered:#?}");
@@ -385,9 +385,9 @@ fn equations_are_numbered_once_and_cited_where_they_are_computed() {
     assert_eq!(equations_cited("//! as docs/methods.md\n//! (7), (9) says (2); docs/methods.md, section (1)"), [7, 9]);
 }
 
-/// Paths between back quotes: all with a slash in them, and files of Rust and Markdown.
+/// Paths between back quotes: all that contain a slash, and files of Rust and Markdown.
 fn paths_named(text: &str) -> Vec<&str> {
-    // Blocks of commands are fenced by three; what stands between single ones is every second piece.
+    // Blocks of commands are fenced by three back quotes. Text between single back quotes is every second piece.
     let prose = text.split("```").step_by(2);
     let quoted = prose.flat_map(|prose| prose.split('`').skip(1).step_by(2));
     let is_path = |quoted: &&str| !quoted.contains(' ') && (quoted.contains('/') || quoted.ends_with(".md"));
@@ -401,7 +401,7 @@ fn the_files_that_documents_of_the_house_name_are_there() {
         let text = fs::read_to_string(root.join(document)).unwrap();
         let named = paths_named(&text);
         assert!(named.len() > least, "{named:?}");
-        // The architecture names files from `src` on.
+        // The architecture document names files relative to `src`.
         let is_there = |path: &&str| root.join(path).exists() || root.join("src").join(path).exists();
         let missing: Vec<&str> = named.into_iter().filter(|path| !is_there(path)).collect();
         assert!(missing.is_empty(), "{document} names what is not there: {}", missing.join(", "));
@@ -411,7 +411,7 @@ fn the_files_that_documents_of_the_house_name_are_there() {
     }
 }
 
-/// Test binaries: each is linked for itself, which takes longer than most of them run.
+/// Largest number of test binaries. Each is linked separately, which takes longer than most of them run.
 const MOST_TEST_BINARIES: usize = 14;
 
 #[test]
@@ -477,7 +477,7 @@ fn the_checks_see_what_they_forbid() {
     let expected =
         [(2, "crate::maps::judge"), (2, "crate::solver"), (2, "crate::solver::Settings"), (3, "crate::scene::inspect")];
     assert_eq!(named, expected.map(|(line, path)| (line, path.to_owned())));
-    // A file and those in its folder may know each other; files beside each other may not, through what the room shows neither.
+    // A file and the files in its folder may use each other. Files side by side may not, not even through the room's `mod.rs`.
     let files = [
         ("room/mod.rs", "mod a;\nmod b;\npub use b::B;\nconst C: u32 = 0;"),
         ("room/a.rs", "use super::{B, C};"),

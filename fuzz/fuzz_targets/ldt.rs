@@ -1,4 +1,4 @@
-//! Any bytes as a EULUMDAT file: read, and asked for fluxes and intensities where it is valid.
+//! Any bytes as an EULUMDAT file: read, and evaluated for fluxes and intensities if it is valid.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Any text as an OBJ file: read, and inspected as a part of a scene where it is valid.
+//! Any text as an OBJ file: read, and inspected as a part of a scene if it is valid.
 #![no_main]
 
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Any text as a scene file: read, and inspected where it is valid.
+//! Any text as a scene file: read, and inspected if it is valid.
 #![no_main]
 
 use std::path::Path;
@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use luxmc::check::{inspect, scene_from_json};
 
 fuzz_target!(|text: &str| {
-    // No file that the scene names is there, so that only the scene itself is looked at.
+    // Files that the scene names do not exist, so that only the scene itself is tested.
     match scene_from_json(text, None, Path::new("/nowhere")) {
         Ok(scene) => {
             std::hint::black_box(inspect(&scene));

@@ -1,11 +1,11 @@
-//! Refusals as Python's exceptions, one class an exit code of the program.
+//! Refusals as Python's exceptions. Each exit code of the program has its own class.
 
 use pyo3::prelude::*;
 
-/// Where the classes of exceptions are.
+/// Module that contains the classes of exceptions.
 const ERRORS: &str = "luxmc._errors";
 
-/// An exception of the class that belongs to a failure's exit code, with the program's words.
+/// An exception of the class for a failure's exit code, with the program's message.
 pub fn raised(py: Python<'_>, failure: impl Into<luxmc::Failure>) -> PyErr {
     let failure = failure.into();
     let class = match failure.exit().number() {

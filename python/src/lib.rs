@@ -1,5 +1,5 @@
-//! The native part of luxmc's Python package: scenes, runs and results as Python sees them. What is friendly about the package is
-//! written in Python, in `luxmc/`; what computes is the library.
+//! The native part of luxmc's Python package: scenes, runs and results as Python objects. The convenient interface of the package is
+//! written in Python, in `luxmc/`. The library computes.
 
 mod failure;
 mod progress;

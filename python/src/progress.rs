@@ -1,4 +1,4 @@
-//! Watches a run from a thread of its own: the solver leaves word here, Python's thread reads it and passes interruptions on.
+//! Watches a run from a separate thread. The solver stores its progress here. Python's thread reads it and passes interruptions on.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +20,12 @@ impl Watched {
         Watched { started: Instant::now(), is_interrupted: AtomicBool::new(false), latest: Mutex::new(None) }
     }
 
-    /// What the solver told last and nobody has read yet.
+    /// The last progress that the solver reported and nobody has read yet.
     pub fn news(&self) -> Option<Progress> {
         self.latest.lock().ok()?.take()
     }
 
-    /// Lets the run end with what it has.
+    /// Ends the run with what it has so far.
     pub fn interrupt(&self) {
         self.is_interrupted.store(true, Ordering::Relaxed);
     }

@@ -1,4 +1,4 @@
-//! What a run found out, as Python sees it: maps as arrays, tables and summary as texts.
+//! The result of a run as Python sees it: maps as arrays, tables and summary as texts.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -24,7 +24,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Keeps all of a run.
+    /// Keeps everything of a run.
     pub fn new(run: SceneRun, solution: luxmc::Solution, story: RunStory) -> Solution {
         let summary = text(&story.summary(run.scene(), &solution, Vec::new(), 0.0).bytes);
         Solution { run, solution, story, summary: Mutex::new(summary) }
@@ -68,7 +68,7 @@ impl Solution {
         self.summary.lock().map_or_else(|_| String::new(), |summary| summary.clone())
     }
 
-    /// The tables of the run by the names of their files.
+    /// The tables of the run by their file names.
     fn files<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let made = py.detach(|| result_files(self.run.scene(), &self.solution)).map_err(|error| raised(py, error))?;
         let files = PyDict::new(py);
@@ -96,7 +96,7 @@ impl Solution {
         self.solution.maps.iter().map(|map| map.name.clone()).collect()
     }
 
-    /// A map by its place: facts and arrays by their names.
+    /// A map by its index: facts and arrays by their names.
     fn map<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyDict>> {
         let found = self.solution.maps.get(index);
         let map = found.ok_or_else(|| pyo3::exceptions::PyIndexError::new_err("there is no such map"))?;
@@ -132,7 +132,7 @@ fn values<'py>(py: Python<'py>, map: &MapResult, told: &Bound<'py, PyDict>) -> P
     told.set_item("odd", half(1))
 }
 
-/// A table of three numbers a row.
+/// A table with three numbers per row.
 fn triples<'py>(py: Python<'py>, rows: Vec<[f64; 3]>) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let count = rows.len();
     PyArray1::from_vec(py, rows.into_flattened()).reshape([count, 3])
@@ -146,7 +146,7 @@ impl Solution {
             ReceiverLayout::View { columns, rows, .. } => ("view", Some((rows, columns))),
             ReceiverLayout::Fan { .. } => ("fan", None),
             ReceiverLayout::Points => ("points", None),
-            ReceiverLayout::Part(_) => ("part", None), // of a run that shares out receivers
+            ReceiverLayout::Part(_) => ("part", None), // of a run for a part of the receivers
             ReceiverLayout::Towards { .. } => ("elements of a surface", None),
             ReceiverLayout::Intensity(_) => ("intensity", None),
         };

@@ -1,4 +1,4 @@
-//! Scenes: read from files or from the text of one.
+//! Scenes, read from files or from text.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -29,7 +29,7 @@ impl Scene {
         Ok(Scene { scene, name: path.display().to_string(), read_s: started.elapsed().as_secs_f64() })
     }
 
-    /// Reads the text of a scene file; files that it names are relative to a folder.
+    /// Reads the text of a scene file. Files that it names are relative to `folder`.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, base_dir: PathBuf, name: String) -> PyResult<Scene> {
         let started = Instant::now();
@@ -44,7 +44,7 @@ impl Scene {
         &self.scene.title
     }
 
-    /// What the reader thinks its user should know.
+    /// Warnings of the reader for the user.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.scene.warnings.clone()
@@ -68,7 +68,7 @@ impl Scene {
         self.scene.luminaires.iter().map(|luminaire| luminaire.name.clone()).collect()
     }
 
-    /// What `luxmc inspect --json` tells, as JSON.
+    /// The output of `luxmc inspect --json`, as JSON.
     fn inspect(&self, py: Python<'_>) -> PyResult<String> {
         let told = py.detach(|| serde_json::to_string(&luxmc::check::inspect(&self.scene)));
         told.map_err(|error| PyRuntimeError::new_err(error.to_string()))

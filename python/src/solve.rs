@@ -15,16 +15,16 @@ use crate::progress::Watched;
 use crate::result::Solution;
 use crate::scene::Scene;
 
-/// Time between two looks for interruptions and news.
+/// Time between two checks for interruptions and news.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Numbers that a listener is told: share of the work done, stated error and target where there are some, rays, chains, seconds that
-/// remain where that is known, seconds so far.
+/// Numbers that a listener gets: share of the work done, stated error and target if there are any, rays, chains, remaining seconds if
+/// known, seconds so far.
 type News = (f64, Option<f64>, Option<f64>, u64, u64, Option<f64>, f64);
 
-/// Solves a scene; `options` are those of `luxmc solve` by their names, `listener` is called with news from time to time. The solver
-/// works without the interpreter's lock. A KeyboardInterrupt, or an exception of the listener, ends it with what it has; the exception
-/// of a listener is then raised.
+/// Solves a scene. `options` are those of `luxmc solve` by their names. `listener` is called with news from time to time. The solver works
+/// without the interpreter's lock. A KeyboardInterrupt, or an exception of the listener, ends it with what it has. The exception of a
+/// listener is then raised.
 #[pyfunction]
 pub fn solve(
     py: Python<'_>,
@@ -66,7 +66,7 @@ pub fn solve(
     Ok(Solution::new(run, solution, story))
 }
 
-/// Waits for the end of a run, passing news and interruptions on.
+/// Waits for the end of a run, and passes news and interruptions on.
 fn listen(
     py: Python<'_>,
     watched: &Watched,
@@ -89,13 +89,13 @@ fn listen(
         let (Some(listener), Some(progress), true) = (listener, watched.news(), fault.is_none()) else { continue };
         if let Err(error) = listener.call1(news(&progress)) {
             watched.interrupt();
-            // An interruption that came while the listener was at work is one like any other.
+            // An interruption during the listener's work is treated like any other.
             *fault = (!error.is_instance_of::<PyKeyboardInterrupt>(py)).then_some(error);
         }
     }
 }
 
-/// Waits a moment. A thread that fell over while it held the end counts as gone.
+/// Waits up to `LOOK_EVERY`. A thread that panicked while it held the lock counts as gone.
 fn wait<T>(end: &Mutex<Receiver<T>>) -> Result<T, RecvTimeoutError> {
     end.lock().map_err(|_| RecvTimeoutError::Disconnected)?.recv_timeout(LOOK_EVERY)
 }

@@ -41,7 +41,7 @@ pub fn sobolev<'py>(
     ])
 }
 
-/// A photometric file: what `luxmc inspect --json` tells of it, and its intensities, plane by plane.
+/// A photometric file: the output of `luxmc inspect --json`, and its intensities, plane by plane.
 #[pyfunction]
 pub fn photometry(py: Python<'_>, path: PathBuf) -> PyResult<(String, Bound<'_, PyArray1<f64>>)> {
     let file = py.detach(|| read_photometric_file(&path)).map_err(|error| raised(py, error))?;

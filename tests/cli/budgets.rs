@@ -1,4 +1,4 @@
-//! The program keeps to what it is given: memory, sizes of files, and places of a set once a time limit is long over.
+//! The program keeps its limits of memory, file size and time. Long after a time limit it also leaves out points of a set.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ fn office() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office.json")
 }
 
-/// Cells that would take more than their share of the memory give way to walks and counts, at the same ray for any number of
-/// threads; with enough memory the same run gathers to its end.
+/// Cells that would exceed their share of the memory are replaced by walks and counts. The tables are the same with one thread and with
+/// two. With enough memory the same run uses gathering to its end.
 #[test]
 fn cells_give_way_where_they_would_take_more_than_their_share() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -31,7 +31,7 @@ fn cells_give_way_where_they_would_take_more_than_their_share() {
     assert!(solved("wide", "4GB", "2").0);
 }
 
-/// A scene in a folder of its own, which goes with the first of the two.
+/// A scene file in a temporary folder. The folder is deleted with the first value.
 fn scene_in_a_folder(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
     let home = tempfile::tempdir().expect("a temporary directory");
     let scene = home.path().join("scene.json");
@@ -39,7 +39,7 @@ fn scene_in_a_folder(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
     (home, scene)
 }
 
-/// What cannot do without memory ends in words, and nothing is left.
+/// A run that exceeds its memory ends with a message and leaves no files.
 #[test]
 fn memory_that_is_used_up_ends_the_run_in_words() {
     let (home, scene) = scene_in_a_folder(
@@ -56,7 +56,7 @@ fn memory_that_is_used_up_ends_the_run_in_words() {
     assert!(code(&output) == 2 && errors(&output).contains("no unit of memory"), "{}", errors(&output));
 }
 
-/// A mesh beyond the stated size is read only by request; a pipe never.
+/// A mesh above the stated size is read only with an option. A pipe is never read.
 #[test]
 fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
     let (home, scene) = scene_in_a_folder(
@@ -65,7 +65,7 @@ fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
         "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 1 } ] }"#,
     );
     let mesh = home.path().join("mesh.obj");
-    // A hole of 513 MiB, which takes no room on the disk.
+    // A sparse file of 513 MiB, which takes no space on the disk.
     std::fs::File::create(&mesh).and_then(|file| file.set_len(513 << 20)).expect("a hole");
     let output = run(&["inspect", text(&scene)]);
     assert_eq!(code(&output), 2);
@@ -79,8 +79,8 @@ fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
     }
 }
 
-/// 15,000 luminaires and a limit of 50 ms: that reading, making ready and writing take longer is told before anything is read. Of a room
-/// with one lamp nothing is told.
+/// 15,000 luminaires and a limit of 50 ms: a warning before anything is read states that reading, preparing and writing take longer. A room
+/// with one lamp gets no warning.
 #[test]
 fn what_takes_longer_than_the_limit_whatever_is_computed_is_reported_before_it_is_read() {
     let text = |columns: u32| {
@@ -102,9 +102,9 @@ fn what_takes_longer_than_the_limit_whatever_is_computed_is_reported_before_it_i
     }
 }
 
-/// A million luminaires take longer to read than a limit of a millisecond and the second beyond it on any machine: the run ends in words
-/// that tell how far reading came and what limit would do, and nothing is written, not even a directory. Without the limit, or with one that
-/// is long, nothing ends it.
+/// On any machine, a million luminaires take longer to read than a limit of a millisecond and one second more. The run ends with a message
+/// that states how far reading came and which limit would be enough. Nothing is written, not even a directory. Without a limit, or with a
+/// long one, the run is not ended.
 #[test]
 fn reading_that_goes_on_long_after_the_limit_ends_in_words() {
     let text = |columns: u32| {
@@ -131,8 +131,8 @@ fn reading_that_goes_on_long_after_the_limit_ends_in_words() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }
 
-/// A walk in this room meets ten thousand surfaces, and nobody has time for one from each of 40,000 points: the set is left out
-/// and named, instead of a wait of minutes.
+/// A walk in this room meets ten thousand surfaces. One walk from each of 40,000 points would take minutes. The set is left out and named
+/// instead.
 #[test]
 fn what_there_is_no_time_for_is_left_out_and_named() {
     let (home, scene) = scene_in_a_folder(
@@ -148,12 +148,12 @@ fn what_there_is_no_time_for_is_left_out_and_named() {
     assert!(errors(&output).contains("\"g\" is left out"), "{}", errors(&output));
     let summary = summary(&out);
     assert_eq!(summary["target_met"], false);
-    // Some millions of rays of the six billion that a walk in every replica from every point would take.
+    // A walk in every replica from every point would take six billion rays. The run takes some millions.
     assert!(summary["rays"].as_u64().expect("a number") < 100_000_000, "{}", summary["rays"]);
 }
 
-/// 12,000 luminaires by one entry: every one stands in the summary, the plan draws a symbol where there is room for one, and a limit
-/// that reading alone takes longer than is told of before the run.
+/// 12,000 luminaires from one entry. The summary has them all in one entry, and the plan draws symbols where there is room for them.
+/// Reading alone takes longer than the limit, which is reported before the run.
 #[test]
 fn very_many_luminaires_are_written_once_and_drawn_where_there_is_room() {
     let (home, scene) = scene_in_a_folder(
@@ -169,7 +169,7 @@ fn very_many_luminaires_are_written_once_and_drawn_where_there_is_room() {
     let told = said.find("reading and checking the scene took").expect("told");
     assert!(told < said.find("time limit reached").expect("an end"), "{said}");
     let luminaires = summary(&out)["luminaires"].as_array().expect("luminaires").clone();
-    // All are equal: one entry stands for them.
+    // All are equal, so one entry represents them.
     assert_eq!(luminaires.len(), 1);
     assert_eq!((&luminaires[0]["count"], &luminaires[0]["luminous_flux_lm"]), (&12_000.into(), &10.0.into()));
     assert_eq!((&luminaires[0]["name"], &luminaires[0]["last_name"]), (&"l 1".into(), &"l 12000".into()));
@@ -177,8 +177,8 @@ fn very_many_luminaires_are_written_once_and_drawn_where_there_is_room() {
     assert!(report.len() < 3_000_000, "{} bytes", report.len());
 }
 
-/// A white box of sheets that do not quite meet, which is no room and thus not refused: packets in it would meet tens of millions of
-/// surfaces. They are cut off, and told of, and a run does no more of them than a time limit lets it.
+/// A white box of sheets with gaps between them. It is not a closed room and is therefore not refused. Packets in it would meet tens of
+/// millions of surfaces. They are cut off and reported, and a time limit ends the run.
 #[test]
 fn packets_in_a_white_pocket_are_cut_off_and_told_of() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -204,8 +204,8 @@ fn packets_in_a_white_pocket_are_cut_off_and_told_of() {
     assert!(balance["truncated_lm"].as_f64().expect("a number") > 0.0, "{balance}");
 }
 
-/// The pilot of local estimation in such a place keeps the vertices of some chains and not of sixteen, each of which has 200,000: the
-/// run ends by its time limit, not by its memory (exit code 4).
+/// In this scene, the pilot of local estimation keeps the vertices of a few chains instead of sixteen, because each chain has 200,000. The
+/// run ends by its time limit and not by its memory limit (exit code 4).
 #[test]
 fn local_estimation_in_a_white_pocket_keeps_to_its_memory() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -218,7 +218,7 @@ fn local_estimation_in_a_white_pocket_keeps_to_its_memory() {
     assert!(peak > 1_000_000 && peak <= 256_000_000, "{peak}");
 }
 
-/// 400 luminaires of a measured distribution: radiosity has nothing to show in 20 ms, says so and leaves nothing.
+/// 400 luminaires with a measured distribution: radiosity has no result after 20 ms. It reports this and writes nothing.
 #[test]
 fn radiosity_without_time_for_its_coarsest_meshes_is_refused() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -230,8 +230,8 @@ fn radiosity_without_time_for_its_coarsest_meshes_is_refused() {
     assert!(!out.exists());
 }
 
-/// A target that takes days, and a time limit: before the work it is told that the limit comes first. A target that is met at once
-/// leaves nothing to tell.
+/// A target that takes days, with a time limit: a message before the work states that the limit comes first. A target that is met at once
+/// gives no message.
 #[test]
 fn a_target_out_of_reach_is_reported_before_the_work() {
     let home = tempfile::tempdir().expect("a temporary directory");

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::cli_support::*;
 
-/// A program that has written no checkpoint for so long never will.
+/// A program that has written no checkpoint after this time never will.
 const HANGS_AFTER: Duration = Duration::from_secs(120);
 
 impl Home {
@@ -19,7 +19,7 @@ impl Home {
         code(&output)
     }
 
-    /// Starts a run that keeps checkpoints as often as it may.
+    /// Starts a run that keeps checkpoints as often as possible.
     fn start(&self, out: &str, file: &str, options: &[&str]) -> Child {
         let (room, out, file) = (scene("room.json"), self.path(out), self.path(file));
         let mut arguments = vec!["solve", text(&room), "--out", text(&out), "--checkpoint", text(&file)];
@@ -28,7 +28,7 @@ impl Home {
         luxmc(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
     }
 
-    /// Goes on from a checkpoint to the end; exit code and what was told.
+    /// Continues from a checkpoint to the end. Returns the exit code and standard error.
     fn resume(&self, file: &str, options: &[&str]) -> (i32, String) {
         let file = self.path(file);
         let mut arguments = vec!["resume", text(&file)];
@@ -40,14 +40,14 @@ impl Home {
 
 const QUIET: [&str; 3] = ["--plots", "none", "--quiet"];
 
-/// The digest of the state in a checkpoint, if there is one by now.
+/// Digest of the state in a checkpoint, if there is a checkpoint.
 fn state_of(file: &Path) -> Option<String> {
     let bytes = std::fs::read(file).ok()?;
     let header: Value = serde_json::from_slice(bytes.split(|byte| *byte == b'\n').nth(1)?).ok()?;
     Some(header["state_sha256"].as_str()?.to_owned())
 }
 
-/// Ends a program without a word as soon as its checkpoint is another one; whether it was still at work.
+/// Kills a program as soon as its checkpoint changes. Returns whether it was still running.
 fn killed_at_the_next_checkpoint(mut child: Child, file: &Path) -> bool {
     let (before, started) = (state_of(file), Instant::now());
     while state_of(file) == before || state_of(file).is_none() {
@@ -60,7 +60,7 @@ fn killed_at_the_next_checkpoint(mut child: Child, file: &Path) -> bool {
     !child.wait().expect("it ended").success()
 }
 
-/// Kills a run again and again, and compares what it comes to in the end with a run that was not interrupted.
+/// Kills a run again and again, and compares its final result with that of an uninterrupted run.
 fn killed_runs_come_to_the_same(options: &[&str], least_kills: usize) {
     let home = Home::new();
     let exit = home.solve("whole", options);
@@ -133,7 +133,7 @@ fn a_limit_ends_a_part_of_a_run_and_a_smaller_error_goes_on() {
     assert!(exit == 3 && told.contains("resume") && told.contains("goes on from there"), "{exit} {told}");
     assert_eq!(home.resume("run.ckpt", &["--quiet"]).0, 0);
     assert!(home.told("killed") == home.told("whole"), "{:#?}", differences(&home));
-    // Once more without anything left to do.
+    // Once more, with no work left to do.
     assert_eq!(home.resume("run.ckpt", &["--quiet"]).0, 0);
     assert!(home.told("killed") == home.told("whole"), "{:#?}", differences(&home));
 
@@ -198,7 +198,7 @@ fn damaged_foreign_and_changed_checkpoints_are_refused() {
     let (exit, told) = home.resume("absent", &[]);
     assert!(exit == 2 && told.contains("cannot be read"), "{told}");
 
-    // Another version of the program, with a digest that fits.
+    // A checkpoint of another version of the program, with a valid digest.
     let lines: Vec<&[u8]> = bytes.splitn(3, |byte| *byte == b'\n').collect();
     let own = format!("\"luxmc\":\"{}\"", env!("CARGO_PKG_VERSION"));
     let header = String::from_utf8(lines[1].to_vec()).expect("UTF-8").replace(&own, "\"luxmc\":\"0.0.1\"");
@@ -206,7 +206,7 @@ fn damaged_foreign_and_changed_checkpoints_are_refused() {
     let other = [format!("luxmc checkpoint 1 {digest}\n{header}\n").as_bytes(), lines[2]].concat();
     refused("program", &other, &["another version of luxmc", "0.0.1"]);
 
-    // The scene, by a number that no eye sees; and brought back.
+    // The scene with a number changed by 10⁻¹⁰, and then restored.
     let text_of_room = std::fs::read_to_string(&room).expect("there");
     std::fs::write(&room, text_of_room.replace("\"reflectance\": 0.25", "\"reflectance\": 0.2500000001"))
         .expect("written");
@@ -230,7 +230,7 @@ fn a_checkpoint_that_cannot_be_written_any_more_is_reported_and_the_run_goes_on(
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert_eq!(errors(&output).matches("cannot be written").count(), 1, "{}", errors(&output));
     assert_eq!(summary(&home.path("out"))["target_met"], true);
-    // What was written before goes on from where it lies now.
+    // A run whose files were moved continues from where they are now.
     assert_eq!(home.resume("elsewhere/run.ckpt", &["--quiet"]).0, 0);
 }
 
@@ -250,7 +250,7 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
     refused(&["--checkpoint", text(&home.path(""))], &["is a directory"]);
     std::fs::write(home.path("notes.txt"), "mine").expect("written");
     refused(&["--checkpoint", text(&home.path("notes.txt"))], &["no checkpoint bears that name"]);
-    // A run that is not done is not lost by a slip; one that is done gives way.
+    // A run that is not done is not overwritten by mistake. A run that is done is overwritten.
     let options = ["--method", "collision", "--target-error", "0.3%"];
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &file));
     refused(&["--checkpoint", text(&file), "--chains", "1000"], &["not done", "luxmc resume"]);

@@ -29,7 +29,7 @@ fn sobolev_keeps_the_order_asked_and_the_direct_part_is_the_closed_formula() {
     let spaced = sobolev(&["--r", "0:3:31", "--plane", "2"]);
     assert_eq!((spaced.len(), spaced[3][0], spaced[30][0]), (31, 0.3, 3.0));
 
-    // The source half way up between equal planes lights both alike.
+    // A source half way between equal planes lights both planes alike.
     assert_eq!(sobolev(&["--r", "0.3"])[0], sobolev(&["--r", "0.3", "--plane", "2"])[0]);
 }
 

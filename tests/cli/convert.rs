@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use crate::cli_support::{self, *};
 
-/// A closed room of 4 m × 3 m × 2.5 m in Radiance: plaster, a glass pane before a wall, a ball, a pillar, a bright square under the
-/// ceiling that shines down, and things that are not read.
+/// A closed room of 4 m × 3 m × 2.5 m in Radiance: plaster, a glass pane in front of a wall, a sphere, a pillar, a bright square under the
+/// ceiling that emits downward, and things that are not read.
 const ROOM: &str = "# from another program
 void plastic plaster 0 0 5 .7 .7 .7 0 0
 void plastic lacquer
@@ -69,7 +69,7 @@ fn a_radiance_room_becomes_a_scene_that_is_solved() {
     let inspected = run(&["inspect", text(&scene), "--json"]);
     assert_eq!(code(&inspected), 0, "{}", errors(&inspected));
     let inspected: Value = serde_json::from_str(&results(&inspected)).expect("JSON");
-    // A square metre of 10 W/(sr m²) of white: π · 179 lm/W · 10.
+    // A square metre with a white radiance of 10 W/(sr m²): π · 179 lm/W · 10.
     let flux_lm = inspected["luminaires"][0]["luminous_flux_lm"].as_f64().expect("a flux");
     assert!((flux_lm / (std::f64::consts::PI * 1790.0) - 1.0).abs() < 1e-9, "{flux_lm}");
     let area_m2 = |name: &str| {
@@ -110,7 +110,7 @@ fn meshes_keep_their_file_and_tell_what_is_not_known() {
     assert_eq!(scene["materials"]["Paint"]["reflectance"], 0.5);
     assert_eq!(code(&run(&["inspect", text(&home.path().join("scene.json"))])), 0);
 
-    // A scene that is there is not written over unless that is asked for.
+    // An existing scene is not overwritten without an option.
     let again = ["convert", text(&home.path().join("square.obj")), "--out", text(&home.path().join("scene.json"))]
         .map(str::to_owned);
     let again: Vec<&str> = again.iter().map(String::as_str).collect();
@@ -121,7 +121,7 @@ fn meshes_keep_their_file_and_tell_what_is_not_known() {
 
 #[test]
 fn base_colours_are_proposed_as_reflectances() {
-    // A triangle in the JSON itself, of a grey material that is half transparent.
+    // A triangle in the JSON itself, with a grey material that is half transparent.
     let gltf = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
       "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
       "materials": [{ "name": "Grey", "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.25, 0.25, 0.5], "metallicFactor": 0 } }],
@@ -135,7 +135,7 @@ fn base_colours_are_proposed_as_reflectances() {
     assert_eq!(scene["materials"]["Grey"]["reflectance"], 0.25);
 }
 
-/// A model's file may say much that no reader takes: each is named, once.
+/// A model's file can contain things that no reader supports. Each is named once.
 #[test]
 fn what_is_not_read_of_a_model_is_named() {
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nmtllib looks of it.mtl\nusemtl Oak\nf 1 2 3\n";
@@ -173,7 +173,7 @@ fn what_is_not_read_of_a_model_is_named() {
     }
 }
 
-/// A material of a kind that is not read stands in the list as not known; so does what is made by an alias of it.
+/// A material of an unsupported kind is listed as not known, and so is an alias of it.
 #[test]
 fn radiance_materials_of_other_kinds_are_reported_as_not_known() {
     let window = "void BSDF clear 6 0.0 clear.xml 0 0 1 . 0 0\nvoid alias pane clear\nvoid plastic a 0 0 5 .5 .5 .5 0 0\na polygon floor 0 0 9 0 0 0 1 0 0 0 1 0\nclear polygon south 0 0 9 0 0 0 1 0 0 0 0 1\npane polygon west 0 0 9 0 0 0 0 1 0 0 0 1\n";
@@ -208,7 +208,8 @@ fn hostile_models_are_refused_and_nothing_is_written() {
     ] {
         assert!(polygon.contains(old), "{old}");
         let (home, output) = convert("room.rad", &polygon.replace(old, new));
-        // What is out of all proportion is written, and told to be mended; a material under its own name is none the worse.
+        // A scene with a far too large dimension is written, with a request to correct it. A material that names itself as its modifier is
+        // accepted.
         match says {
             "large" => assert!(code(&output) == 0 && errors(&output).contains(says), "{}", errors(&output)),
             "closed circle" => assert_eq!(code(&output), 0, "{}", errors(&output)),
@@ -226,7 +227,7 @@ fn hostile_models_are_refused_and_nothing_is_written() {
     assert!(code(&output) == 2 && errors(&output).contains("the file ends"), "{}", errors(&output));
 }
 
-/// A file that ends in the middle of its last primitive is never read as a whole one.
+/// A file that ends in the middle of its last primitive is never read as complete.
 #[test]
 fn radiance_files_cut_short_are_refused() {
     let whole = "void plastic a 0 0 5 .5 .5 .5 0 0\na polygon p 0 0 9 0 0 0 1 0 0 0 1 0";
@@ -238,7 +239,7 @@ fn radiance_files_cut_short_are_refused() {
     }
 }
 
-/// Files as honeybee writes them: materials without a newline at their end, surfaces, a pane of its own, and sensors.
+/// Files as honeybee writes them: materials without a newline at their end, surfaces, a separate pane, and sensors.
 #[test]
 fn several_files_of_radiance_are_one_scene_and_sensors_its_receivers() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -265,7 +266,7 @@ fn several_files_of_radiance_are_one_scene_and_sensors_its_receivers() {
     let inspected: Value = serde_json::from_str(&results(&inspected)).expect("JSON");
     assert_eq!(inspected["totals"]["receiver_points"], 2);
 
-    // A fault is told with the file that it stands in, and what is no one scene is refused.
+    // An error names the file that contains it. Files that do not form one scene are refused.
     let broken = write("broken.rad", "\nwall polygon p 0 0 9 0 0 0");
     let output = run(&["convert", &wall, &room, &broken, "--out", text(&home.path().join("other.json"))]);
     assert!(code(&output) == 2 && errors(&output).contains("broken.rad, line 2"), "{}", errors(&output));
@@ -276,10 +277,10 @@ fn several_files_of_radiance_are_one_scene_and_sensors_its_receivers() {
     }
 }
 
-/// A closed box of a metre that faces outward.
+/// A closed box of 1 m whose faces point outward.
 const BOX: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-/// The lamp that stands in is of use: in a room it hangs in the middle, and beside what is solid.
+/// The substitute lamp is useful: it hangs in the middle of a room, and stands outside of a solid.
 #[test]
 fn the_lamp_that_stands_in_lights_a_solid_from_outside_and_a_room_from_inside() {
     let turned: String = BOX

@@ -1,5 +1,5 @@
-//! Share files made to do harm, with digests that fit: a merge refuses them or makes a result of numbers, and never panics, waits or
-//! takes more than its memory.
+//! Share files made to do harm, with valid digests. A merge refuses them or gives finite results. It never panics, waits or exceeds its
+//! memory.
 
 use std::path::{Path, PathBuf};
 
@@ -8,12 +8,12 @@ use sha2::{Digest, Sha256};
 
 use crate::cli_support::*;
 
-/// Changed files that are merged.
+/// Number of changed files that are merged.
 const TRIES: u64 = 100;
-/// Elements of a list that are tried.
+/// Number of elements of a list that are tried.
 const FEW: usize = 20;
 
-/// Numbers that a header is not written with.
+/// Numbers that the program never writes into a header.
 fn hostile_numbers() -> [Value; 9] {
     [
         json!(0),
@@ -28,7 +28,7 @@ fn hostile_numbers() -> [Value; 9] {
     ]
 }
 
-/// A file in parts: header and sums.
+/// Splits a file into header and sums.
 fn parts(file: &[u8]) -> (Value, Vec<u8>) {
     let lines: Vec<&[u8]> = file.splitn(3, |byte| *byte == b'\n').collect();
     (serde_json::from_slice(lines[1]).expect("JSON"), lines[2].to_vec())
@@ -38,19 +38,19 @@ fn digest(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The parts as a file whose digests fit.
+/// Joins header and sums to a file with valid digests.
 fn sealed(mut header: Value, sums: &[u8]) -> Vec<u8> {
     header["sums_sha256"] = digest(sums).into();
     let header = header.to_string();
     [format!("luxmc share 1 {}\n{header}\n", digest(header.as_bytes())).as_bytes(), sums].concat()
 }
 
-/// Places of all numbers of a value, by the keys that lead there.
+/// Paths of all numbers in a value, by the keys that lead to them.
 fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(path.to_owned()),
         Value::Array(list) => {
-            // The first few stand for the rest: the largest scores of a map are thousands.
+            // The first few represent the rest. A map has thousands of largest scores.
             let few = list.iter().take(FEW).enumerate();
             few.for_each(|(at, value)| numbers(value, &format!("{path}/{at}"), found))
         }
@@ -81,7 +81,7 @@ impl Shares {
         Shares { home, first, second }
     }
 
-    /// Merges the first share and this one; exit code and what was told.
+    /// Merges the first share and this one. Returns the exit code and standard error.
     fn merge(&self, file: &[u8], what: &str) -> (i32, String) {
         let (changed, out) = (self.home.path().join("changed"), self.home.path().join("out"));
         std::fs::create_dir_all(&changed).expect("made");
@@ -111,7 +111,7 @@ impl Shares {
     }
 }
 
-/// No table or summary holds what is no number.
+/// Checks that no table and no summary contains NaN or infinity.
 fn check_numbers(out: &Path, what: &str) {
     for name in listing(out).iter().filter(|name| name.ends_with(".csv") || name.ends_with(".json")) {
         let text = std::fs::read_to_string(out.join(name)).expect("UTF-8");
@@ -132,7 +132,7 @@ fn numbers_of_a_header_may_be_any() {
     let hostile = hostile_numbers();
     let mut refused = 0;
     for number in 0..TRIES {
-        // Places and values go round at steps that have nothing in common with their numbers.
+        // The steps through places and values have no common divisor with their numbers.
         let place = &places[(number as usize * 37 + 11) % places.len()];
         let value = &hostile[number as usize % hostile.len()];
         let mut changed = header.clone();
@@ -162,7 +162,7 @@ fn sums_that_are_no_numbers_and_files_that_are_none_are_refused() {
         let (exit, told) = shares.merge(&sealed(header.clone(), &changed), "sums");
         assert!(exit == 2 && told.contains("sums that are no numbers"), "{value}: {exit} {told}");
     }
-    // What is just within may make a result, though none that is infinite.
+    // A value just within the limit may give a result, but no infinite one.
     let mut changed = sums.clone();
     changed[80..88].copy_from_slice(&9e69f64.to_le_bytes());
     shares.merge(&sealed(header.clone(), &changed), "a large number");
@@ -176,7 +176,7 @@ fn sums_that_are_no_numbers_and_files_that_are_none_are_refused() {
     }
 }
 
-/// A pipe keeps nobody waiting, and a device is not read without end.
+/// A pipe does not block the program, and a device is not read without end.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_no_shares() {

@@ -1,6 +1,7 @@
-//! Kills at random moments: what is run again comes to the same bytes, and nothing is lost but the work since the last checkpoint.
+//! Kills at random moments: a run that is started again gives the same bytes, and only the work since the last checkpoint is lost.
 //!
-//! `LUXMC_SLOW_TESTS=1` kills 60 times, 20 for each of runs with checkpoints, shares and merges; else 6 times. Seeds say when.
+//! `LUXMC_SLOW_TESTS=1` kills 60 times, 20 times each for runs with checkpoints, shares and merges. Otherwise there are 6 kills. Seeds
+//! determine the moments.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -11,10 +12,10 @@ use serde_json::Value;
 
 use crate::cli_support::*;
 
-/// Kills of one run: then it may come to its end.
+/// Kills of one run, after which it runs to its end.
 const MOST_KILLS_OF_A_RUN: u32 = 4;
 
-/// Numbers in [0, 1) by a seed (splitmix64).
+/// Random numbers in [0, 1) from a seed (splitmix64).
 struct Chance(u64);
 
 impl Chance {
@@ -35,7 +36,7 @@ fn start(arguments: &[&str]) -> Child {
     luxmc(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts")
 }
 
-/// Kills a program after a time, unless it has ended; whether it was killed.
+/// Kills a program after a time, unless it has ended. Returns whether it was killed.
 fn killed_after(mut child: Child, seconds: f64) -> bool {
     let (begun, until) = (Instant::now(), Duration::from_secs_f64(seconds));
     while begun.elapsed() < until {
@@ -48,13 +49,13 @@ fn killed_after(mut child: Child, seconds: f64) -> bool {
     child.wait().expect("it ended").code().is_none()
 }
 
-/// The header of a file that goes on with work.
+/// The header of a checkpoint or of another file for continuing.
 fn header(path: &Path) -> Option<Value> {
     let bytes = std::fs::read(path).ok()?;
     Some(serde_json::from_slice(bytes.split(|byte| *byte == b'\n').nth(1)?).expect("a whole header"))
 }
 
-/// Rays in a checkpoint; none without one.
+/// Rays in a checkpoint; 0 without one.
 fn rays_kept(file: &Path) -> u64 {
     header(file).map_or(0, |header| header["rays"].as_u64().expect("a number"))
 }
@@ -67,7 +68,7 @@ fn seconds_of(arguments: &[&str]) -> f64 {
     begun.elapsed().as_secs_f64()
 }
 
-/// Runs to the end what is killed some times on its way, from its checkpoint each time; kills.
+/// Runs a program to its end. It is killed some times and continues from its checkpoint each time. Returns the number of kills.
 fn killed_to_the_end(chance: &mut Chance, solve: &[&str], file: &Path, run_s: f64) -> u32 {
     let resume = ["resume", text(file), "--quiet"];
     let mut kills = 0;
@@ -78,7 +79,7 @@ fn killed_to_the_end(chance: &mut Chance, solve: &[&str], file: &Path, run_s: f6
             break;
         }
         kills += 1;
-        // There always is a whole checkpoint, and it never goes back.
+        // There is always a whole checkpoint, and its rays never decrease.
         assert!(rays_kept(file) >= before, "the work of an earlier checkpoint is lost");
     }
     let output = run(if file.exists() { &resume } else { solve });
@@ -193,7 +194,7 @@ fn merges_that_are_killed_at_random_moments_leave_shares_and_whole_results() {
         let arguments = merge_into(text(&killed));
         let child = start(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
         kills += u32::from(killed_after(child, chance.draw() * run_s));
-        // The summary comes last: where it stands, all is whole.
+        // The summary is written last. If it exists, everything is whole.
         if killed.join("summary.json").exists() {
             assert!(home.told(text(&killed)) == told, "a result that is not whole");
         }

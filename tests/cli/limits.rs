@@ -1,4 +1,4 @@
-//! The program at the edges of what it takes: scenes without light, out of proportion, or with next to no absorption, and full disks.
+//! The program at its limits: scenes without light, with far too large dimensions or almost no absorption, and full disks.
 
 use std::path::{Path, PathBuf};
 
@@ -48,7 +48,7 @@ fn a_scene_with_everything_switched_off_is_dark_by_every_method() {
     }
 }
 
-/// An outdoor map that no light gets to may get some for all that packets tell: the target is not met.
+/// Packets cannot prove that no light reaches an outdoor map. Therefore the target is not met.
 #[test]
 fn a_map_that_no_light_was_found_in_misses_the_target() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -62,8 +62,8 @@ fn a_map_that_no_light_was_found_in_misses_the_target() {
     assert_eq!(summary(&out)["target_met"], json!(false));
 }
 
-/// One triangle of wide ground outside makes positions coarse. Results in the room are 0.2 % off at 10 km, 1.4 % at 50 km and
-/// 6 % at 100 km, whatever the error that they state.
+/// One triangle of wide ground outside makes positions coarse. Results in the room are 0.2 % off at 10 km, 1.4 % at 50 km and 6 % at 100
+/// km, independent of the stated error.
 #[test]
 fn a_room_that_is_lost_in_a_far_larger_scene_is_refused() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -84,7 +84,7 @@ fn a_room_that_is_lost_in_a_far_larger_scene_is_refused() {
         let inspected = run(&["inspect", text(&path)]);
         assert!(code(&inspected) == 0 && cli_support::results(&inspected).contains(word));
     }
-    // Far from the origin is no fault.
+    // A position far from the origin is no error.
     let mut scene = room();
     let shifted = |place: &mut Value| place[0] = json!(place[0].as_f64().expect("a number") + 1e6);
     for (list, keys) in
@@ -167,7 +167,7 @@ fn a_limit_on_the_size_of_files_is_reported_and_nothing_half_written_stays() {
     assert!(listing(&out).is_empty(), "{:?}", listing(&out));
 }
 
-/// What is left out is told in the summary, and nothing else changes.
+/// Checks that were left out are named in the summary. Nothing else changes.
 #[test]
 fn checks_of_meshes_that_are_left_out_are_reported() {
     let home = tempfile::tempdir().expect("a temporary directory");

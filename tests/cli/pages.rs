@@ -1,4 +1,4 @@
-//! What `solve` writes to look at, and the first hour: plots, report, ParaView file, `new`, `completions`.
+//! Files of `solve` for people, and the first hour: plots, report, ParaView file, `new`, `completions`.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Every tag of an XML text is closed in order, and no attribute stands twice in a tag of ours.
+/// Checks that every tag of an XML text is closed in order, and that no tag of ours has an attribute twice.
 fn assert_well_formed(name: &str, text: &str) {
     let mut open: Vec<&str> = Vec::new();
     for piece in text.split('<').skip(1) {
@@ -107,7 +107,8 @@ fn plots_come_in_the_formats_asked_for_and_are_taken_away_again() {
     assert!(!out.join("map-floor.svg").exists() && out.join("report.html").is_file());
 }
 
-/// A cube whose faces shine alike lights every place alike: its map has one colour and no isolux lines, which would be chance, and says so.
+/// A cube whose faces emit alike has the same illuminance everywhere. Its map has one colour and states this. It has no isolux lines,
+/// because they would show only noise.
 #[test]
 fn a_map_without_differences_is_drawn_as_that() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -167,13 +168,13 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     ] {
         assert!(report.contains(words), "{words}");
     }
-    // Nothing is fetched from elsewhere.
+    // The report loads nothing from elsewhere.
     for link in ["src=", "href=", "url(", "@import"] {
         assert!(!report.contains(link), "{link}");
     }
 }
 
-/// What is asked for in German is told in German; numbers for programs stay as they are.
+/// Output requested in German is in German. Numbers for other programs do not change.
 #[test]
 fn a_language_changes_pages_and_no_numbers_for_programs() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -204,8 +205,8 @@ fn a_language_changes_pages_and_no_numbers_for_programs() {
     assert_eq!(code(&run(&["solve", text(&scene), "--out", text(&english), "--language", "xx"])), 2);
 }
 
-/// A classroom from the first command to its page: what a client reads first stands first, housings and what is kept out of reports
-/// stand in files alone.
+/// A classroom from the first command to its page. What a client reads first stands first. Housings and everything kept out of reports
+/// stand in files only.
 #[test]
 fn the_first_page_tells_whose_project_it_is_and_whether_it_passes() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -262,7 +263,7 @@ fn the_first_page_tells_whose_project_it_is_and_whether_it_passes() {
     for name in ["room/floor", "table/ceiling"] {
         assert!(printed.contains(name) && report.contains(name), "{name} is not told of");
     }
-    // Who asks for it sees the luminaire, with the same numbers.
+    // On request the luminaire is shown, with the same numbers.
     let (asked, printed, _) = solve(r#", "report": true"#, "asked");
     assert!(printed.contains("lamp/x_min") && read(&asked.join("report.html")).contains("lamp/floor"));
     assert_eq!(read(&asked.join("tables.csv")), read(&out.join("tables.csv")));
@@ -284,7 +285,7 @@ fn the_paraview_file_holds_every_row_of_the_elements() {
     assert!(file.contains(&format!("NumberOfPolys=\"{rows}\"")));
     assert!(std::fs::read(out.join("scene.glb")).expect("there").starts_with(b"glTF"));
 
-    // Without the element map there is no such file.
+    // Without the element map there is no 3D file.
     let output = run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--maps", "floor", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert!(!out.join("scene.vtp").exists() && !out.join("scene.glb").exists());
@@ -313,7 +314,7 @@ fn shells_get_their_completions() {
         assert_eq!(code(&output), 0);
         assert!(results(&output).contains("target-error"), "{shell}");
     }
-    // What an option takes is completed, where it is one of a few words.
+    // The values of an option are completed if they are a few fixed words.
     for words in ["auto collision gather local local-naive radiosity light-mesh", "adaptive given", "en de"] {
         assert!(results(&run(&["completions", "bash"])).contains(words), "{words}");
     }
@@ -337,7 +338,7 @@ fn the_manual_has_a_page_for_every_command() {
     assert!(code(&unknown) == 2 && errors(&unknown).contains("solve"), "{}", errors(&unknown));
 }
 
-/// The version tells commit, target and processor; the short one is a line.
+/// The long version states commit, target and processor. The short one is a single line.
 #[test]
 fn the_version_tells_what_was_built_and_what_it_runs_on() {
     let short = results(&run(&["-V"]));
@@ -356,8 +357,8 @@ fn the_version_tells_what_was_built_and_what_it_runs_on() {
     assert!(commit.starts_with("not known") || (4..=12).contains(&commit.len()), "{commit}");
 }
 
-/// Terminal, report and files of a run that rates glare: the worst of a grid with his place, a low rating as "< 10" where people
-/// look and as a number in the file, and the luminaire that does not count by name and reason.
+/// Terminal, report and files of a run that rates glare. The worst point of a grid is shown with its position. A low rating is "< 10" for
+/// people and a number in the file. A luminaire that does not count is named with the reason.
 #[test]
 fn ratings_are_reported_where_people_look() {
     let home = tempfile::tempdir().expect("a temporary directory");

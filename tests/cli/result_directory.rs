@@ -1,4 +1,4 @@
-//! Results that cannot be written: a clear error, exit code 4, and the results of the run before still whole.
+//! Results that cannot be written: a clear error, exit code 4, and the results of the previous run are still whole.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -19,7 +19,7 @@ fn a_full_disk_leaves_the_earlier_results_whole() {
     assert_eq!(code(&solve("room.json", &out, &["--chains", "2000"])), 0);
     let before = contents(&out);
 
-    // A limit of 16 blocks for every file stands in for a disk that is full: elements.csv is larger.
+    // A limit of 16 blocks per file replaces a full disk: elements.csv is larger.
     let script = "trap '' XFSZ; ulimit -f 16; exec \"$@\"";
     let output = Command::new("sh")
         .args([
@@ -41,7 +41,7 @@ fn a_full_disk_leaves_the_earlier_results_whole() {
     assert!(contents(&out) == before, "the earlier results changed: {:?}", listing(&out));
 }
 
-/// A run without end that is interrupted after its directory was there for a while and something was done beside it.
+/// An endless run, interrupted some time after its directory exists and after `beside` has run.
 #[cfg(unix)]
 fn interrupted_run(out: &Path, beside: impl FnOnce()) -> Output {
     let scene = scene("room.json");
@@ -95,7 +95,7 @@ fn a_read_only_directory_and_a_file_in_its_place_are_refused_before_the_run() {
     use std::os::unix::fs::PermissionsExt;
     let home = tempfile::tempdir().expect("a temporary directory");
 
-    // A file stands where the directory should be, or one above it.
+    // A file has the name of the directory or of a directory above it.
     let file = home.path().join("file");
     std::fs::write(&file, "mine").expect("written");
     for out in [file.clone(), file.join("out")] {
@@ -105,7 +105,7 @@ fn a_read_only_directory_and_a_file_in_its_place_are_refused_before_the_run() {
     }
     assert_eq!(std::fs::read(&file).expect("still there"), b"mine");
 
-    // A directory that may not be written to, with results in it; to the superuser every directory is writable.
+    // A directory without write permission that contains results. For the superuser every directory is writable.
     let out = home.path().join("out");
     assert_eq!(code(&solve("room.json", &out, &["--chains", "2000"])), 0);
     let before = contents(&out);

@@ -9,7 +9,7 @@ use crate::cli_support::*;
 const TABLES: [&str; 4] = ["elements.csv", "receivers.csv", "tables.csv", "convergence.csv"];
 
 impl Home {
-    /// Computes a share of the small room; the options may say more.
+    /// Computes a share of the small room. `more` holds further options.
     fn share(&self, name: &str, share: &str, more: &[&str]) -> PathBuf {
         let out = self.path(name);
         let options = [&["--share", share, "--chains", "2000", "--plots", "none", "--quiet"], more].concat();
@@ -18,7 +18,7 @@ impl Home {
         out
     }
 
-    /// Merges directories; exit code and what was told.
+    /// Merges directories. Returns the exit code and standard error.
     fn merge(&self, shares: &[&Path], out: &str, more: &[&str]) -> (i32, String) {
         let out = self.path(out);
         let mut arguments = vec!["merge", "--out", text(&out)];
@@ -41,7 +41,7 @@ impl Home {
 #[test]
 fn the_order_of_directories_and_threads_leave_the_bytes_as_they_are_and_more_shares_join() {
     let home = Home::new();
-    // Walks leave nothing but chance, so that there is a number of shares.
+    // Walks leave only random error, so that a number of shares can be stated.
     let options = ["--target-error", "0.5%", "--method", "collision"];
     let shares: Vec<PathBuf> = (1..=3).map(|k| home.share(&k.to_string(), &format!("{k}/3"), &options)).collect();
     assert!(home.summary("2")["share"] == serde_json::json!({"number": 2, "of": 3}), "{}", home.summary("2")["share"]);
@@ -84,7 +84,7 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
     refused(&[&one, &home.share("target", "2/2", &["--target-error", "1%"])], &["different targets", "--target-error"]);
     refused(&[&one, &home.path("absent")], &["cannot be read", "share.luxmc"]);
 
-    // Another scene, by a number that no eye sees.
+    // Another scene, which differs by one number only in a late digit.
     let other = home.path("other.json");
     let probes = std::fs::read(scene("probes.csv")).expect("there");
     std::fs::write(home.path("probes.csv"), probes).expect("written");
@@ -100,7 +100,7 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
     assert!(exit == 2 && told.contains("take the place of a share") && two.join("share.luxmc").exists(), "{told}");
 }
 
-/// Changes the bytes of a share's file in a directory of its own.
+/// Changes the bytes of a share's file in a separate directory.
 fn changed(home: &Home, share: &Path, name: &str, change: impl Fn(Vec<u8>) -> Vec<u8>) -> PathBuf {
     let directory = home.path(name);
     std::fs::create_dir(&directory).expect("made");
@@ -133,7 +133,7 @@ fn damaged_files_and_a_share_under_another_number_are_refused() {
     refused(&changed(&home, &two, "digit", forged), "a header whose digest");
     refused(&changed(&home, &two, "foreign", |_| b"luxmc share 2 0\n{}\n".to_vec()), "another version of the format");
 
-    // The first share as the second, with a digest that fits: its sums tell.
+    // The first share under the number of the second, with a valid digest. Its sums reveal it.
     let renumbered = |bytes: Vec<u8>| {
         let lines: Vec<&[u8]> = bytes.splitn(3, |byte| *byte == b'\n').collect();
         let header = String::from_utf8(lines[1].to_vec()).expect("UTF-8").replacen("\"number\":1", "\"number\":2", 1);
@@ -161,7 +161,8 @@ fn options_that_make_no_share_are_refused() {
     for wrong in ["0/2", "3/2", "1", "a/2", "1/2/3"] {
         refused(&["--share", wrong, "--chains", "2000"], "3/8");
     }
-    // Shares of a scene without chance are equal, and may be: a lamp alone lights the floor, and what could reflect stays dark.
+    // Shares of a scene without randomness are equal, which is allowed. A lamp alone lights the floor, and the surface that could reflect
+    // stays dark.
     let dark_shelf = r#""geometry": [ { "name": "shelf", "type": "rectangle", "origin": [-1, -1, 3], "u": [2, 0, 0], "v": [0, 2, 0],
         "material": "grey" },"#;
     let text_of_scene = std::fs::read_to_string(scene("black.json")).expect("there");
@@ -182,7 +183,7 @@ fn options_that_make_no_share_are_refused() {
     let (exit, told) = home.merge(&[&black[0], &black[1]], "black", &[]);
     assert!(exit == 0 && sums[0] == sums[1], "{exit} {told}");
 
-    // A share that a time limit ends has done what it was to do, whatever the target of the whole.
+    // A share that ends by its time limit has done its work, whatever the target of the whole.
     let out = home.path("timed");
     let output =
         solve("room.json", &out, &["--share", "1/1", "--time-limit", "300ms", "--target-error", "0.001%", "--quiet"]);
@@ -191,7 +192,7 @@ fn options_that_make_no_share_are_refused() {
     assert!(exit == 3 && told.contains("target"), "{exit} {told}");
 }
 
-/// Parts of the receivers, in any order, come to the same bytes, with every point once under its own number.
+/// Parts of the receivers give the same bytes in any order. Every point occurs once, under its own number.
 #[test]
 fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refused() {
     let home = Home::new();
@@ -218,7 +219,7 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
     let merged = home.summary("forward")["merged"].clone();
     assert!(merged["shares"] == 1 && merged["receivers_parts"] == 3, "{merged}");
 
-    // Places and numbers are those of a run as a whole.
+    // Positions and numbers are those of a run of the whole.
     let output = solve("room.json", &home.path("whole"), &["--maps", "receivers", "--target-error", "3%", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let places = |name: &str| -> Vec<Vec<String>> {
@@ -249,13 +250,13 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
     assert_eq!(code(&output), 0, "{}", errors(&output));
     refused(&[one, two, &foreign], &["different scenes"]);
 
-    // A second share of every part joins.
+    // A second share of every part is merged too.
     let more = ["--share", "2/2", "--chains", "2000"];
     let second: Vec<PathBuf> = (1..=3).map(|k| part(&format!("second-{k}"), &format!("{k}/3"), &more)).collect();
     let all: Vec<&Path> = parts.iter().chain(&second).map(PathBuf::as_path).collect();
     refused(&all[..5], &["share 2 of 2, part 3 of 3 of the receivers is missing", "--share 2/2 --receivers-part 3/3"]);
     let (exit, told) = home.merge(&all, "both", &[]);
-    // So few chains of two points know their largest scores or not, by chance: then no target is claimed.
+    // With so few chains, two points may or may not have known largest scores, by chance. Without them the target is not reported as met.
     assert!([0, 3].contains(&exit) && told.contains("2 shares of 3 parts of the receivers each"), "{exit} {told}");
 
     let refused = |options: &[&str], word: &str| {
@@ -271,7 +272,7 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
     refused(&["--receivers-part", "1/3", "--share", "1/2"], "--chains N or --time-limit");
 }
 
-/// The scripts of `scenes/cluster` run as a scheduler runs them: Slurm counts tasks from 1, Kubernetes from 0.
+/// The scripts of `scenes/cluster`, run as a scheduler runs them: Slurm counts tasks from 1, Kubernetes from 0.
 #[cfg(unix)]
 #[test]
 fn the_scripts_for_clusters_make_shares_and_merge_them() {

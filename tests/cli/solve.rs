@@ -67,8 +67,7 @@ fn tables_have_their_columns_and_no_empty_cell() {
     }
 }
 
-/// The mean of both halves is the illuminance, and they differ: by 2 standard errors of it in the root mean square of many.
-/// A dry run prints what every method would take to four errors and to the target, needs no directory, and writes nothing.
+/// A dry run prints what every method needs for four errors and for the target. It requires no directory and writes nothing.
 #[test]
 fn a_dry_run_tells_what_targets_take() {
     let scene = scene("room.json");
@@ -87,6 +86,8 @@ fn results_are_empty(output: &std::process::Output) -> bool {
     output.stdout.is_empty()
 }
 
+/// Checks the halves in the tables. The mean of both halves is the illuminance. They differ by 2 of its standard errors in the root mean
+/// square of many.
 #[test]
 fn the_halves_of_every_value_are_reported() {
     let home = directory();
@@ -138,7 +139,7 @@ fn exitance_is_what_a_side_reflects_and_emits() {
     assert_eq!(emitting_sides, 2, "two triangles");
 }
 
-/// Luminances of elements are named for what they are, and a mirror is told from what is black: both have no diffuse luminance.
+/// Luminances of elements are named for what they are. A mirror differs from a black surface in the table: both have no diffuse luminance.
 #[test]
 fn luminances_of_elements_say_what_they_are_and_mirrors_are_not_black() {
     let home = directory();
@@ -160,7 +161,7 @@ fn luminances_of_elements_say_what_they_are_and_mirrors_are_not_black() {
     for row in &rows {
         let number = |name: &str| row[column(name)].parse::<f64>().expect("a number");
         let diffuse_cd_m2 = number("diffuse_luminance_cd_m2");
-        // Of the lacquer its diffuse part alone: 0.4 of the light, not 0.7.
+        // For the lacquer, only the diffuse part counts: 0.4 of the light, not 0.7.
         let reflectance = if row[0] == "room/floor" || row[0] == "panel" { 0.4 } else { 0.0 };
         let expected_cd_m2 = reflectance * number("illuminance_lx") / std::f64::consts::PI;
         assert!((diffuse_cd_m2 - expected_cd_m2).abs() < 1e-9 * expected_cd_m2.max(1.0), "{row:?}");
@@ -235,7 +236,7 @@ fn only_the_maps_asked_for_are_written() {
     assert_eq!(receivers_of("work plane,elements", "c"), (vec!["work plane".to_owned()], true));
     assert!(receivers_of("all", "d").1);
 
-    // A later run without receivers takes the earlier run's table away, and leaves what it does not know.
+    // A later run without receivers removes the table of the earlier run. Files that it does not know are kept.
     let out = home.path().join("d");
     std::fs::write(out.join("notes.txt"), "foreign").expect("written");
     let elements_alone = ["--chains", "500", "--maps", "elements", "--plots", "none", "--quiet"];
@@ -292,7 +293,7 @@ fn a_directory_that_cannot_be_written_ends_with_4_before_the_run() {
     let taken = home.path().join("taken");
     std::fs::create_dir_all(taken.join("tables.csv")).expect("made");
     for out in [file.clone(), file.join("below"), taken.clone()] {
-        // A run begun would go on for days.
+        // If the run began, it would take days.
         let scene = scene("room.json");
         let endless = ["solve", text(&scene), "--out", text(&out), "--target-error", "0.0000001%"];
         let output = run_or_hang(luxmc(&endless), |_| {});
@@ -338,7 +339,7 @@ fn a_scene_without_chance_is_exact() {
     assert!(summary["flux_balance"].is_null() && summary["flux_balance_note"].is_string());
 }
 
-/// Interruptions that come at once are one, as where a process and its group are signalled, whatever signal they are.
+/// Several interruptions at once count as one, whatever the signals are. This happens when a process and its group are signalled.
 #[cfg(unix)]
 #[test]
 fn interruptions_end_with_130_and_results() {

@@ -1,14 +1,14 @@
-//! Runs the built program in a directory of its own.
+//! Runs the built program in a temporary directory.
 #![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// A program that goes on for so long hangs. Far beyond what any run here takes on a busy machine.
+/// A program that runs longer than this hangs. No run here takes nearly as long on a busy machine.
 const HANGS_AFTER: Duration = Duration::from_secs(180);
 
-/// Scenes of these tests.
+/// Path of a scene for these tests.
 pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cli").join(name)
 }
@@ -20,12 +20,12 @@ pub fn luxmc(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs it to the end.
+/// Runs the program to its end.
 pub fn run(arguments: &[&str]) -> Output {
     luxmc(arguments).output().expect("the program starts")
 }
 
-/// Starts a program whose output is kept, and says what it does; one that hangs is ended and fails the test.
+/// Starts a program, keeps its output and calls `while_it_runs` with its process id. A program that hangs is ended and fails the test.
 pub fn run_or_hang(mut command: Command, while_it_runs: impl FnOnce(u32)) -> Output {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
     while_it_runs(child.id());
@@ -40,7 +40,7 @@ pub fn run_or_hang(mut command: Command, while_it_runs: impl FnOnce(u32)) -> Out
     child.wait_with_output().expect("it ended")
 }
 
-/// Interrupts a program, as Ctrl-C does.
+/// Interrupts a program like Ctrl-C.
 #[cfg(unix)]
 pub fn interrupt(id: u32) {
     signal(id, "-INT");
@@ -53,7 +53,7 @@ pub fn signal(id: u32, signal: &str) {
     assert!(sent.is_ok_and(|status| status.success()));
 }
 
-/// A directory of a test's own, which goes with it.
+/// Temporary directory of a test. It is deleted with this value.
 pub struct Home(tempfile::TempDir);
 
 impl Home {
@@ -61,7 +61,7 @@ impl Home {
         Home(tempfile::tempdir().expect("a temporary directory"))
     }
 
-    /// Where something of this name lies in it.
+    /// Path of a name in the directory.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -72,7 +72,7 @@ pub fn solve(scene_name: &str, out: &Path, more: &[&str]) -> Output {
     solve_file(&scene(scene_name), out, more)
 }
 
-/// Runs `solve` on a scene anywhere.
+/// Runs `solve` on a scene file.
 pub fn solve_file(scene: &Path, out: &Path, more: &[&str]) -> Output {
     let mut arguments = vec!["solve", text(scene), "--out", text(out)];
     arguments.extend(more);
@@ -122,13 +122,13 @@ pub fn summary(out: &Path) -> serde_json::Value {
     serde_json::from_str(&text).expect("the summary is JSON")
 }
 
-/// Files that hold no times.
+/// Tables that contain no times.
 const TABLES: [&str; 3] = ["elements.csv", "receivers.csv", "tables.csv"];
-/// Keys of the summary that tell of times, of memory or of the machine.
+/// Keys of the summary that contain times, the memory or the number of threads.
 const TIMES: [&str; 7] = ["read_s", "build_s", "compute_s", "write_s", "wall_s", "peak_memory_bytes", "threads"];
 
 impl Home {
-    /// What a run tells but times: tables, its history and its summary.
+    /// All results of a run without times: tables, history and summary.
     pub fn told(&self, out: &str) -> Vec<String> {
         let read = |name: &str| std::fs::read_to_string(self.path(out).join(name));
         let mut all: Vec<String> = TABLES.iter().filter_map(|name| read(name).ok()).collect();

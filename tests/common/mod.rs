@@ -1,4 +1,4 @@
-//! What the tests of whole runs share.
+//! Helpers for the tests of whole runs.
 #![allow(dead_code)]
 
 use std::path::Path;
@@ -8,17 +8,17 @@ use luxmc::scene::Scene;
 pub use luxmc::solver::Silent;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
-/// A run for a target error.
+/// Solves a scene to a target error.
 pub fn to_target(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
     solve(scene, &Settings { target_error: Some(target_error), ..settings(seed, maps) }, &Silent)
 }
 
-/// A run for a target error by a method.
+/// Solves a scene to a target error by one method.
 pub fn to_target_by(scene: &Scene, method: Method, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
     solve(scene, &Settings { method, target_error: Some(target_error), ..settings(seed, maps) }, &Silent)
 }
 
-/// A run of so many chains.
+/// Solves a scene with a number of chains.
 pub fn with_chains(scene: &Scene, seed: u64, maps: MapSelection, chains: u64) -> Solution {
     solve(scene, &Settings { chains: Some(chains), ..settings(seed, maps) }, &Silent)
 }
@@ -36,13 +36,13 @@ fn settings(seed: u64, maps: MapSelection) -> Settings {
     }
 }
 
-/// A scene of the project's `scenes` folder.
+/// Reads a scene of the project's `scenes` folder.
 pub fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     read_scene(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A scene from text.
+/// Reads a scene from text.
 pub fn scene_of(text: &str) -> Scene {
     scene_from_json(text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -60,10 +60,11 @@ pub fn cube(reflectance: f64, max_element_edge: f64) -> Scene {
     ))
 }
 
-/// Whether slow campaigns are asked for.
+/// Whether slow campaigns are requested.
 pub fn slow() -> bool {
     std::env::var_os("LUXMC_SLOW_TESTS").is_some_and(|value| value == "1")
 }
 
-/// 95.4% quantile of |t| with 15 degrees of freedom (as ±2σ is for a normal): the replicas' own.
+/// 95.4 % quantile of |t| with 15 degrees of freedom, the number that the 16 replicas leave. It corresponds to ±2σ of a normal
+/// distribution.
 pub const T15_QUANTILE_95_4: f64 = 2.174;

@@ -1,4 +1,4 @@
-//! Runs that are kept between two slices of work and go on from there come to the bytes of a run that was not interrupted.
+//! Runs that are saved between two slices and continued give the same bytes as an uninterrupted run.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -33,7 +33,7 @@ fn room(table: &str) -> Scene {
     scene_from_json(&ROOM.replace("TABLE", table), None, Path::new(".")).expect("a valid scene")
 }
 
-/// Keeps states after the first slice, and whenever there are five times as many; and the last one.
+/// Saves the state after the first slice, whenever the number of slices has grown fivefold, and at the end.
 #[derive(Default)]
 struct Notes {
     slices: AtomicUsize,
@@ -73,7 +73,7 @@ fn going_on(kept: KeptRun) -> GoingOn {
     GoingOn { kept, time_limit_s: None }
 }
 
-/// All that a solution tells but times.
+/// Everything in a solution but its times.
 fn told(solution: &Solution) -> String {
     let Solution { maps, elements, glare, convergence, spending, notes, warnings, .. } = solution;
     let rows: Vec<_> =
@@ -84,7 +84,7 @@ fn told(solution: &Solution) -> String {
     format!("{ends:?}\n{rays:?}\n{checks:?}\n{notes:?}\n{warnings:?}\n{rows:?}\n{glare:?}\n{elements:?}\n{maps:?}")
 }
 
-/// Runs that go on from a state between two slices come to what the run came to that was not interrupted; the states.
+/// Checks that runs continued from each state between slices give the result of the uninterrupted run. Returns the states.
 fn goes_on_as_before(scene: &Scene, settings: &Settings, least_states: usize) -> Vec<Vec<u8>> {
     let whole = told(&solve(scene, settings, &Silent));
     let notes = Notes::default();
@@ -122,7 +122,7 @@ fn receivers_go_on_by_every_method() {
     let walks = to(0.02, Method::Collision, &["plane"]);
     let states = goes_on_as_before(&scene, &walks, 2);
 
-    // A single sum that is off by a hundred-millionth, and numbers of another seed from there on, the planted faults, show.
+    // The planted faults are found: a single sum that is off by 10⁻⁸ of its value, and random numbers of another seed from there on.
     let whole = told(&resume(&scene, &walks, going_on(kept_of(&states[0])), &Silent));
     let is_sum = |bytes: &[u8]| (10.0..1e5).contains(&f64::from_le_bytes(bytes.try_into().expect("eight bytes")));
     let mut state = states[0].clone();

@@ -1,4 +1,4 @@
-//! What the method auto chooses where local estimation is one of its choices, what that costs, and whether its errors hold.
+//! What auto chooses where local estimation is one of its choices, what this costs, and whether its errors hold.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
 use crate::common::{Silent, T15_QUANTILE_95_4, scene, scene_of, slow};
 
-/// By how much auto may be dearer than the best fixed method.
+/// Largest ratio of the cost of auto to that of the best fixed method.
 const MOST_RATIO: f64 = 1.3;
 
 const PLANES: &str = r#"{ "version": 1,
@@ -20,7 +20,7 @@ const PLANES: &str = r#"{ "version": 1,
   "luminaires": [ { "name": "source", "type": "point", "position": [0, 0, 0.5], "intensity_cd": 1 } ],
   "receivers": [ { "name": "row", "type": "grid", "origin": [0, -0.5, 0], "u": [3, 0, 0], "v": [0, 1, 0], "columns": 31, "rows": 1 } ] }"#;
 
-/// The room of six reflectances with nine points, changed or as it is.
+/// The room of six reflectances with nine points, after a change to its scene.
 fn room(change: impl Fn(&mut serde_json::Value)) -> Scene {
     scene_of_case("room", change)
 }
@@ -44,14 +44,14 @@ fn run(scene: &Scene, method: Method, seed: u64, target_error: f64) -> Solution 
     solution
 }
 
-/// Mean rays of some seeds.
+/// Mean number of rays over some seeds.
 fn rays(scene: &Scene, method: Method, seeds: u64, target_error: f64) -> f64 {
     let rays = (0..seeds).map(|seed| run(scene, method, seed, target_error).rays as f64);
     rays.sum::<f64>() / seeds as f64
 }
 
-/// Counted rays, seeds 0 to 7, by auto and by each method that it may take. The planted faults are the choices of walks and
-/// of gathering, which must not pass.
+/// Counted rays, seeds 0 to 7, by auto and by each method that it can choose. The planted faults are the choices of walks and of gathering,
+/// which must fail.
 #[test]
 fn few_points_are_estimated_locally_where_that_is_the_cheapest() {
     const SEEDS: u64 = 8;
@@ -72,7 +72,7 @@ fn few_points_are_estimated_locally_where_that_is_the_cheapest() {
     let [auto, walks, local] = [Method::Auto, Method::Collision, Method::Local].map(of);
     assert!(auto <= MOST_RATIO * walks.min(local), "Sobolev's planes: {auto} by auto, {walks}, {local}");
     assert!(walks > MOST_RATIO * local, "the fault passed: {walks}, {local}");
-    // What walks have done before the pilot of anything else would pay stays with them.
+    // Work that walks do before the pilot of another method would pay is kept.
     assert_eq!(run(&planes, Method::Auto, 0, 0.05).maps[0].method, "walk");
 }
 
@@ -100,7 +100,7 @@ fn the_office_walks_a_white_room_is_gathered_and_gloss_is_not_connected() {
     assert!(map.method_reason.contains("for diffuse surfaces only"), "{}", map.method_reason);
 }
 
-/// A view of a room with a wall that is a mirror, lit by a ball and a panel. `material` is the floor's.
+/// A view of a room with a mirror wall, lit by a ball and a panel. `material` is the floor's.
 fn view(material: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1,
@@ -118,8 +118,9 @@ fn view(material: &str) -> Scene {
     ))
 }
 
-/// A view without gloss goes by local estimation in fewer rays than walks take, and means what they say: seed 3, to 1 %, the mean of 384 directions within 1 %
-/// and single ones scattering by less than 1.2 common errors (1.05 to be expected with 15 degrees of freedom); 2 % more light, the planted fault, is off the mean.
+/// A view without gloss is solved by local estimation in fewer rays than by walks, with the same result (seed 3, to 1 %). The mean of 384
+/// directions agrees within 1 %. Single directions scatter by less than 1.2 combined standard errors (1.05 is expected with 15 degrees of
+/// freedom). With 2 % more light, the planted fault, the mean is off.
 #[test]
 fn views_without_gloss_are_connected() {
     let scene = view(r#"{ "type": "diffuse", "reflectance": 0.3 }"#);
@@ -145,8 +146,8 @@ fn views_without_gloss_are_connected() {
     assert!(map.method_reason.contains("for scenes without gloss only"), "{}", map.method_reason);
 }
 
-/// Every surface of the isothermal office shines: a look weighs 160 groups of them, and local estimation, whose chains choose none, is
-/// done first (seed 0).
+/// Every surface of the isothermal office emits. A light sample computes the weights of 160 groups of surfaces, which counts as work. The
+/// chains of local estimation choose no luminaire, so that it finishes first (seed 0).
 #[test]
 fn amid_many_luminaires_choosing_them_counts_as_work() {
     let office = scene_of_case("isothermal", |scene| scene["receivers"].as_array_mut().expect("two sets").truncate(1));
@@ -154,7 +155,7 @@ fn amid_many_luminaires_choosing_them_counts_as_work() {
     assert_eq!(auto.maps[0].method, "local", "{}", auto.maps[0].method_reason);
 }
 
-/// Chance of the pilots moves nothing: where auto takes local estimation, its map is that of the method itself.
+/// The noise of the pilots does not change the result: where auto chooses local estimation, its map is that of the method itself.
 #[test]
 fn a_map_taken_by_choice_is_the_map_of_the_method() {
     let planes = scene_of(PLANES);
@@ -163,10 +164,10 @@ fn a_map_taken_by_choice_is_the_map_of_the_method() {
     assert_eq!(auto.maps[0].values.illuminance_lx, local.maps[0].values.illuminance_lx);
 }
 
-/// Sobolev's 31 points to 0.3 % by auto against the exact values, 60 seeds from 1000 on (300 in the slow run). Each target is
-/// truly met in at least 53 of 60 (278 of 300; α = 1 % for a rule that keeps 95 %). |z| is inside the 95.4 % quantile of
-/// Student's t of 15 degrees in 95.4 % ± 3 % (± 2 %). The mean is within 3.3 of its own standard errors (α = 0.1 %), and a
-/// truth of 1 % more reflected light, the planted fault, is beyond them.
+/// Sobolev's 31 points to 0.3 % by auto against the exact values, 60 seeds from 1000 on (300 in the slow run). The true error meets the
+/// target in at least 53 of 60 runs (278 of 300; α = 1 % for a rule that keeps 95 %). |z| is inside the 95.4 % quantile of Student's t with
+/// 15 degrees of freedom in 95.4 % ± 3 % (± 2 %). The mean is within 3.3 of its own standard errors (α = 0.1 %). With 1 % more reflected
+/// light in the truth, the planted fault, it is not.
 #[test]
 fn errors_of_a_map_taken_by_choice_hold() {
     let (seeds, least_met, allowance) = if slow() { (300, 278, 0.02) } else { (60, 53, 0.03) };
@@ -202,9 +203,9 @@ fn errors_of_a_map_taken_by_choice_hold() {
     );
 }
 
-/// Every one of Sobolev's points by local estimation of 4,096 chains, 100 seeds from 2000 on: its mean over the seeds is within
-/// 4.8 of its own standard errors (31 points, α = 5e-5 in all). The point below the source, the brightest, is where the
-/// planted fault, 1 % more reflected light, must be beyond them.
+/// Each of Sobolev's points by local estimation with 4,096 chains, 100 seeds from 2000 on. The mean over the seeds is within 4.8 of its own
+/// standard errors (31 points, α = 5e-5 in all). The planted fault is 1 % more reflected light at the point below the source, the
+/// brightest. There the mean must be off by more.
 #[test]
 fn local_estimation_is_unbiased_at_every_point() {
     const SEEDS: u64 = 100;

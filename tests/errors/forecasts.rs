@@ -1,5 +1,5 @@
-//! What runs say of their end: from the pilot on, every so often, and before anything is computed; and the halves that errors are
-//! judged by.
+//! Forecasts of a run's end: from the pilot on, at intervals, and before anything is computed. Also the two halves from which errors are
+//! estimated.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,15 +9,15 @@ use luxmc::solver::{ConvergenceRow, MapSelection, Method, Observer, Progress, Se
 
 use crate::common::{Silent, cube, scene, slow, to_target, with_chains};
 
-/// Largest step between rows, in shares of the run's rays.
+/// Largest step between rows, as a share of the run's rays.
 fn widest_step(rows: &[&ConvergenceRow]) -> f64 {
     let all = rows.last().expect("rows").rays as f64;
     rows.windows(2).map(|pair| (pair[1].rays - pair[0].rays) as f64 / all).fold(0.0, f64::max)
 }
 
-/// A cube by counting: the first row comes when no more than 2 % of the rays are traced and tells what the pilot lets expect, no two
-/// rows are more than 5 % of the run apart, every interval holds its forecast, and the last row is what it came to. Every third row
-/// alone is refused.
+/// A cube by counting (collision). The first row comes when at most 2 % of the rays are traced and gives the pilot's forecast. No two rows
+/// are more than 5 % of the run apart. Every interval contains its forecast, and the last row is the final result. With every third row
+/// alone the steps exceed 5 %.
 #[test]
 fn the_history_of_a_run_begins_with_its_pilot_and_has_no_gaps() {
     let run = to_target(&cube(0.8, 0.5), 0, MapSelection::Elements, 0.008);
@@ -36,8 +36,8 @@ fn the_history_of_a_run_begins_with_its_pilot_and_has_no_gaps() {
     }
 }
 
-/// Pilots alone tell what the cube takes by counting to 1 %: the run of the same seed lies in the interval, and not in that for 3 %.
-/// Smaller targets take more rays by every method.
+/// Pilots alone forecast the rays of the cube by counting (collision) to 1 %. The run with the same seed lies in the interval for 1 % and
+/// not in that for 3 %. Smaller targets take more rays by every method.
 #[test]
 fn a_dry_run_tells_the_rays_of_the_run() {
     let scene = cube(0.8, 0.5);
@@ -57,7 +57,7 @@ fn a_dry_run_tells_the_rays_of_the_run() {
     assert!(holds(by_counts[1]) && !holds(by_counts[0]), "{rays} {by_counts:?}");
 }
 
-/// A clock that goes on by a millisecond whenever it is looked at, and what it was told. Its run ends with its first progress.
+/// A clock that advances by 1 ms at each reading, with the forecasts that it received. Its run ends with its first progress report.
 struct Counting {
     looks: AtomicU64,
     has_begun: AtomicBool,
@@ -79,8 +79,8 @@ impl Observer for Counting {
     }
 }
 
-/// A run that a time limit ends says once which error it expects to reach, a smaller one where there is more time; a run with a target
-/// that fits in says nothing of the kind.
+/// A run that a time limit ends reports once which error it expects to reach, and a smaller one with more time. A run whose target fits
+/// into the limit reports nothing of this kind.
 #[test]
 fn a_time_limit_alone_says_what_it_affords() {
     let scene = scene("office.json");
@@ -102,7 +102,7 @@ fn a_time_limit_alone_says_what_it_affords() {
     assert!(short[0].low < short[0].expected && short[0].expected < short[0].high, "{short:?}");
 }
 
-/// Keeps the errors that it was told, in order.
+/// Keeps the reported errors in order.
 #[derive(Default)]
 struct Errors(Mutex<Vec<Option<f64>>>);
 
@@ -118,8 +118,8 @@ impl Observer for Errors {
     }
 }
 
-/// Elements of a cube that are cut several times on the way to 1 %: once an error is known it stays told, that of the coarser elements
-/// while finer ones have none.
+/// Elements of a cube that are divided several times on the way to 1 %. Once an error is known, every later report has one. While the finer
+/// elements have no error yet, it is that of the coarser ones.
 #[test]
 fn an_error_that_was_reported_stays_told_while_elements_are_cut() {
     let errors = Errors::default();
@@ -140,9 +140,9 @@ fn an_error_that_was_reported_stays_told_while_elements_are_cut() {
 /// Two-sided quantile of the normal distribution at α = 0.1 %.
 const WITHIN: f64 = 3.29;
 
-/// Mean of the products of what even and odd halves have wrong, run by run and summed over the entries, in its own standard errors. The
-/// truth of an entry is the mean of each half over all runs, so that halves which know nothing of each other come to 0. To the odd halves
-/// a share of the even ones is added.
+/// Covariance of the errors of the even and the odd halves: the mean of their product over the runs, summed over the entries, in its own
+/// standard errors. The truth of an entry is taken as the mean of each half over all runs, so that independent halves give 0. A share of
+/// the even halves is added to the odd ones.
 fn dependence(halves: &[Vec<[f64; 2]>], share: f64) -> f64 {
     let runs = halves.len() as f64;
     let planted = |[even, odd]: [f64; 2]| [even, odd + share * even];
@@ -160,9 +160,9 @@ fn dependence(halves: &[Vec<[f64; 2]>], share: f64) -> f64 {
     mean / (squares / (runs * (runs - 1.0))).sqrt()
 }
 
-/// Even and odd halves of a cube's elements, by counting and by gathering: their errors know nothing of each other (seeds 0 to 59, all
-/// 300 of the slow campaign; α = 0.1 % for each method). Odd halves that hold a third of the even ones, 15 % in the slow campaign, are
-/// refused.
+/// Even and odd halves of a cube's elements, by counting (collision) and by gathering, have independent errors (seeds 0 to 59, all 300 in
+/// the slow campaign; α = 0.1 % for each method). The planted fault must be found: odd halves to which a third of the even ones is added,
+/// 15 % in the slow campaign.
 #[test]
 fn even_and_odd_halves_know_nothing_of_each_other() {
     let scene = cube(0.8, 2.0);

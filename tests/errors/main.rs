@@ -1,4 +1,4 @@
-//! Stated errors and what rests on them: stop rule, forecast, checks, choice of method, shares, verdicts.
+//! Stated errors and what depends on them: stop rule, forecast, checks, choice of method, shares, verdicts.
 
 #[path = "../cli_support/mod.rs"]
 mod cli_support;

@@ -1,4 +1,4 @@
-//! Shares of a run and what a merge makes of them: errors, bars, bias and the number of shares that a target takes.
+//! Shares of a run and their merge: errors, bars, bias, and the number of shares that a target needs.
 
 use std::convert::Infallible;
 
@@ -47,28 +47,29 @@ fn floor(solution: &Solution) -> &MapResult {
     solution.maps.iter().find(|map| map.name == "floor").expect("the receiver set")
 }
 
-/// Mean square deviation of a map from another, in lx².
+/// Mean square deviation of one map from another, in lx².
 fn mean_square_lx2(map: &MapResult, truth: &MapResult) -> f64 {
     let pairs = map.values.illuminance_lx.iter().zip(&truth.values.illuminance_lx);
     pairs.map(|(one, other)| (one - other).powi(2)).sum::<f64>() / map.values.illuminance_lx.len() as f64
 }
 
-/// What groups of merged shares come to.
+/// Results of groups of merged shares.
 #[derive(Default)]
 struct Groups {
     /// Root mean square of the true error in lx.
     error_lx: f64,
-    /// Share of all bars, and of bars shorter by √2, that hold.
+    /// Shares of the bars that hold: all bars, and bars shorter by √2.
     held: [f64; 2],
     /// Mean of the true error in lx.
     drift_lx: f64,
 }
 
-/// 64 shares (seed 5) of walks at 64 points against a run (seed 900) of 512 times the work of one. Groups of 1, 2, 4 and 8 of them: some
-/// 480 degrees of freedom or more, so that the root of the mean square is known to 3.3 %. At α = 0.002 it falls as 1/√n within 10 %, and
-/// 95.4 % of the bars at 512 points or more hold within 2.5 %. Planted faults: every other share comes twice, so that the error does not
-/// fall as it should; bars shorter by √2, which a spread over 16 n replicas would make of that. Sixteen merged replicas still tell the
-/// truth of it.
+/// 64 shares (seed 5) of walks at 64 points against a run (seed 900) with 512 times the work of one share. They are merged in groups of 1,
+/// 2, 4 and 8. This gives some 480 degrees of freedom or more, so that the root mean square is known to 3.3 %. At α = 0.002 it falls as
+/// 1/√n within 10 %, and 95.4 % of the bars at 512 points or more hold within 2.5 %.
+///
+/// Planted faults: every other share comes twice, so that the error does not fall as it should; and bars shorter by √2, which a spread over
+/// 16 n replicas would give for shares that come twice. Bars from sixteen merged replicas remain right for them.
 #[test]
 fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
     let scene = cube(0.5, 2.0);
@@ -102,7 +103,7 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
         let ratio = found.error_lx * (count as f64).sqrt() / single.error_lx;
         assert!((ratio - 1.0).abs() < 0.1, "{count} shares: {ratio} of what is expected");
         assert!(holds(found.held[0]) && !holds(found.held[1]), "{count} shares: bars hold in {:?}", found.held);
-        // The mean over all points and groups: within four of its standard errors, were all points independent.
+        // Mean over all points and groups: within four standard errors, calculated as if all points were independent.
         let drift_lx = found.drift_lx;
         assert!(drift_lx.abs() < 4.0 * single.error_lx / 64.0, "{count} shares: {drift_lx} lx off in the mean");
         println!("{count} shares: error {ratio:.3} of 1/√n, bars hold in {:.3}", found.held[0]);
@@ -113,7 +114,8 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
     assert!(holds(twice.held[0]) && !holds(twice.held[1]), "shares that come twice: bars hold in {:?}", twice.held);
 }
 
-/// A merge of 12 shares says how many more a target takes: as many meet it, and nine of ten of them would not (the planted fault).
+/// A merge of 12 shares states how many more a target needs. The first number of shares that meets the target differs from the stated total
+/// by a tenth at most.
 #[test]
 fn the_number_of_shares_that_a_target_takes_is_reported_within_a_tenth() {
     let scene = cube(0.5, 2.0);
@@ -136,7 +138,7 @@ fn the_number_of_shares_that_a_target_takes_is_reported_within_a_tenth() {
     assert_eq!((met.target_met, met.stop_reason.name()), (Some(true), "target_met"));
 }
 
-/// One share merged alone is what it was: the same numbers to the last bit, and counts of packets stay counts.
+/// One share merged alone does not change: values are the same to the last bit, errors to 10⁻⁹, and counts of packets stay counts.
 #[test]
 fn one_share_alone_is_what_it_was() {
     let scene = cube(0.5, 2.0);
@@ -161,7 +163,7 @@ fn one_share_alone_is_what_it_was() {
     }
 }
 
-/// What a share draws depends on its number, not on how many there are.
+/// The random numbers of a share depend on its number, not on how many shares there are.
 #[test]
 fn a_share_does_not_depend_on_their_number() {
     let scene = cube(0.5, 2.0);
@@ -171,9 +173,9 @@ fn a_share_does_not_depend_on_their_number() {
     assert!(third == of(3, 800) && third != of(4, 800));
 }
 
-/// Shares by different methods, as `auto` may choose: rays are their weights, and the mean is right. Six shares (seed 5) of gathering and
-/// six of counts and walks, against a run (seed 900) of 512 times the work: no surface of the cube is off by more than 4.5 standard errors
-/// of both, and the stated error holds what the points are off by (α = 10⁻⁴, 15 degrees of freedom).
+/// Shares by different methods, as `auto` can choose. Rays are their weights, and the mean is right. Six shares (seed 5) of gathering and
+/// six of counts and walks are compared with a run (seed 900) with 512 times the work. No surface of the cube is off by more than 4.5
+/// combined standard errors, and the stated error covers the deviation of the points (α = 10⁻⁴, 15 degrees of freedom).
 #[test]
 fn shares_by_different_methods_join() {
     let scene = cube(0.5, 2.0);
@@ -200,7 +202,7 @@ fn shares_by_different_methods_join() {
     assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{off} {:?}", map.error);
 }
 
-/// The parts of the receivers, each computed by itself with its share of the chains.
+/// The parts of the receivers, each computed separately with its share of the chains.
 fn parts(scene: &Scene, of: u32, share: Option<Share>, settings: &Settings) -> Vec<Kept> {
     let settings = Settings {
         chains: settings.chains.map(|chains| chains / u64::from(of)),
@@ -217,9 +219,10 @@ fn parts(scene: &Scene, of: u32, share: Option<Share>, settings: &Settings) -> V
     (1..=of).map(part).collect()
 }
 
-/// 16 runs (seeds 20 to 35) that share out the cube's 64 points over four parts, against as many runs of the same work as a whole, and one
-/// (seed 900) of 512 times the work as the truth. Some 1000 values each: parts have at most 1.3 times the error of a whole run, whose points are neighbours and share more, and 95.4 % of the
-/// bars hold within 2.5 %, where bars shorter by √2 (the planted fault) do not. The mean square of all points is that of the parts together.
+/// 16 runs (seeds 20 to 35) that divide the cube's 64 points into four parts. They are compared with 16 runs of the same work as a whole;
+/// the truth is one run (seed 900) with 512 times the work. There are some 1000 values each. Parts have at most 1.3 times the error of a
+/// whole run, whose points are neighbours and share more. 95.4 % of the bars hold within 2.5 %; bars shorter by √2 (the planted fault) do
+/// not. The mean square error of all points is that of the parts together.
 #[test]
 fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
     let scene = cube(0.5, 2.0);
@@ -243,7 +246,7 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
         }
         let row = |map: &MapResult| map.tables[0].average_lx;
         drift += (row(map).value - row(of_truth).value) / row(map).standard_error / 16.0;
-        // Every point is the one of its part, to the last digits.
+        // Every point has the value of its part, to the last digits.
         let absolute = |map: &MapResult| (map.error.random * row(map).value).powi(2);
         let of_parts = parts.iter().map(|part| absolute(floor(&part.solution))).sum::<f64>() / 4.0;
         assert!((absolute(map) / of_parts - 1.0).abs() < 1e-9, "{} {of_parts}", absolute(map));
@@ -256,15 +259,16 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
         assert_eq!(solution.chains, parts.iter().map(|part| part.solution.chains).sum::<u64>());
     }
     let ratio = (squares_lx2[0] / squares_lx2[1]).sqrt();
-    // Points of a part lie twice as far apart, and share less of what their walks meet.
+    // Points of a part are twice as far apart, and their walks have less in common.
     assert!((0.95..1.3).contains(&ratio), "parts have {ratio} of the error of a whole run");
     assert!((held[0] - 0.954).abs() < 0.025 && (held[1] - 0.954).abs() > 0.025, "bars hold in {held:?}");
-    // The mean of 16 deviations of Student's t with 15 degrees of freedom: 0.27 of a standard error, four times that.
+    // The mean of 16 deviations of Student's t with 15 degrees of freedom has a standard deviation of 0.27 standard errors. The limit is
+    // four times that.
     assert!(drift.abs() < 1.08, "averages are off by {drift} standard errors");
     println!("parts: error {ratio:.3} of a whole run's, bars hold in {:.3}", held[0]);
 }
 
-/// Each part stops by its own points; the merge judges all of them anew, and states what they come to. Cells of parts are each part's own.
+/// Each part stops by its own points. The merge judges all of them anew and states their error. Each part has its own cells.
 #[test]
 fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
     let scene = cube(0.5, 2.0);
@@ -285,7 +289,7 @@ fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
         let off = mean_square_lx2(map, truth).sqrt() / mean_lx;
         assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{method:?} {off} {:?}", map.error);
 
-        // A second share of each part halves the square of the error, about.
+        // A second share of each part halves the square of the error, approximately.
         let by_chains = settings(method, target);
         let shares: Vec<Kept> =
             (1..=2).flat_map(|number| parts(&scene, 4, Some(Share { number, of: 2 }), &by_chains)).collect();

@@ -1,4 +1,4 @@
-//! Statistical checks on real runs: sound ones pass, the naive kernel in a corner does not.
+//! Statistical checks on real runs: sound runs pass, the naive kernel in a corner fails.
 
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
@@ -9,7 +9,7 @@ fn failed(solution: &Solution, map: usize) -> Vec<&'static str> {
     solution.maps[map].checks.iter().filter(|check| !check.passed).map(|check| check.name).collect()
 }
 
-/// A box of 2 m whose walls shine as their reflectance leaves room for, and 8 receivers 1 mm from a wall.
+/// A box of 2 m whose walls emit what their reflectance leaves, and 8 receivers 1 mm from a wall.
 fn corner() -> Scene {
     let wall = |name: &str, origin: [i32; 3], u: [i32; 3], v: [i32; 3]| {
         format!(
@@ -40,8 +40,8 @@ fn corner() -> Scene {
 
 #[test]
 fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
-    // 1 mm from a wall the naive kernel's variance is finite only in name: of 40 runs of 16,384 chains (seeds 0 to 39)
-    // at least 38 must fail a check, of those with the bounded kernel at most 1.
+    // At 1 mm from a wall the variance of the naive kernel is finite only formally. Of 40 runs of 16,384 chains (seeds 0 to 39), at least
+    // 38 must fail a check. With the bounded kernel at most 1 may fail.
     let scene = corner();
     let run = |method: Method, seed: u64| {
         let settings =
@@ -62,7 +62,7 @@ fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
 
 #[test]
 fn sound_runs_are_not_held_up() {
-    // A cube to 3%, elements and points, seeds 0 to 39 (299 in the slow run): a refusal in at most 1 (2) of 80 (600) maps.
+    // A cube to 3 %, elements and points, seeds 0 to 39 (299 in the slow run): at most 1 (2) of 80 (600) maps may be refused.
     let scene = cube(0.5, 1.0);
     let seeds = if slow() { 300 } else { 40 };
     let mut refused = 0;

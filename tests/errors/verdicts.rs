@@ -1,4 +1,4 @@
-//! Verdicts on requirements: how often they are right, and where they are told.
+//! Verdicts on requirements: how often they are right, and where they are shown.
 
 use luxmc::control::Ruling;
 use luxmc::scene::Scene;
@@ -7,10 +7,10 @@ use luxmc::solver::{MapSelection, Method, Settings, VerdictLadder, solve, solve_
 use crate::cli_support::{code, errors, results, run, summary, text};
 use crate::common::{Silent, scene_of, with_chains};
 
-/// Illuminance in lx of the room whose walls all shine, M/(1 − ρ), everywhere.
+/// Illuminance in lx of the room whose walls all emit: M/(1 − ρ) everywhere.
 const TRUTH_LX: f64 = 200.0;
 
-/// A box whose walls of reflectance 0.5 all shine with 100 lm/m², and a grid in it.
+/// A box whose walls of reflectance 0.5 all emit 100 lm/m², and a grid in it.
 fn shining_room(requirements: &str, points: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -21,7 +21,7 @@ fn shining_room(requirements: &str, points: &str) -> Scene {
     ))
 }
 
-/// How many of 100 seeds decide on a requirement of the average and on one of the minimum.
+/// How many of 100 seeds decide on a requirement for the average and on one for the minimum.
 fn decided(limit_lx: f64) -> [usize; 2] {
     let scene = shining_room(
         &format!(r#"{{ "average_lx": {limit_lx}, "minimum_lx": {limit_lx} }}"#),
@@ -37,8 +37,8 @@ fn decided(limit_lx: f64) -> [usize; 2] {
     counts
 }
 
-/// Where the truth lies at the limit, whatever is decided is decided by chance: 5 % or less. At α = 10⁻⁴ no more than 14 of 100 runs do,
-/// of the average and of the minimum alike, all twelve points of which are at the limit. A limit 5 % off is the planted fault.
+/// With the truth at the limit, a verdict is decided only by chance, in 5 % of the runs or less. At α = 10⁻⁴ at most 14 of 100 runs may
+/// decide, both for the average and for the minimum, for which all twelve points are at the limit. A limit 5 % off is the planted fault.
 #[test]
 fn verdicts_at_the_limit_are_wrong_in_one_run_of_twenty_at_most() {
     let at_limit = decided(TRUTH_LX);
@@ -47,7 +47,7 @@ fn verdicts_at_the_limit_are_wrong_in_one_run_of_twenty_at_most() {
     assert!(off.iter().all(|count| *count > 14), "the planted fault passed: {off:?}");
 }
 
-/// How many of 100 seeds end with the average said to be met, when runs go on until that is decided.
+/// How many of 100 seeds end with the average reported as met, when runs continue until the verdict is decided.
 fn met_after_looks(limit_lx: f64) -> usize {
     let scene = shining_room(&format!(r#"{{ "average_lx": {limit_lx} }}"#), "\"columns\": 2, \"rows\": 2");
     let ladder = VerdictLadder { first_error: 0.1, least_error: 0.01 };
@@ -61,8 +61,8 @@ fn met_after_looks(limit_lx: f64) -> usize {
     (0..100).filter(met).count()
 }
 
-/// A limit a hair above the truth is said to be met in 5 % of the runs or less, however often a run looks: at α = 10⁻⁴ in no more than 14 of
-/// 100. One 5 % below it, the planted fault, is met in all.
+/// A limit slightly above the truth is reported as met in 5 % of the runs or less, however often a run checks it: at α = 10⁻⁴ in at most 14
+/// of 100. A limit 5 % below the truth, the planted fault, is met in at least 98.
 #[test]
 fn runs_that_look_often_are_wrong_in_one_run_of_twenty_at_most() {
     let barely_missed = met_after_looks(1.000_01 * TRUTH_LX);
@@ -71,7 +71,7 @@ fn runs_that_look_often_are_wrong_in_one_run_of_twenty_at_most() {
     assert!(kept >= 98, "{kept}");
 }
 
-/// Runs for verdicts end early where all is clear, and name what stays undecided; they need requirements.
+/// Runs for verdicts end early where everything is clear, and name what stays undecided. They need requirements.
 #[test]
 fn a_run_for_verdicts_stops_where_all_is_decided() {
     let home = tempfile::tempdir().expect("a temporary directory");
@@ -100,7 +100,7 @@ fn a_run_for_verdicts_stops_where_all_is_decided() {
     assert_eq!(code(&refused), 2);
     assert!(errors(&refused).contains("nothing to decide"), "{}", errors(&refused));
 
-    // A limit at the value of a long run stays undecided, and is told as such; the work of all runs is in the summary.
+    // A limit at the value of a long run stays undecided and is reported as undecided. The summary has the work of all runs.
     std::fs::write(&scene, room(r#", "requirements": { "average_lx": 50 }"#)).expect("a file");
     let long =
         run(&["solve", text(&scene), "--out", text(&out), "--target-error", "0.1%", "--maps", "desk", "--seed", "7"]);
@@ -129,7 +129,7 @@ fn a_run_for_verdicts_stops_where_all_is_decided() {
     }
 }
 
-/// Terminal, file, summary and report of one run: met, not met, undecided for want of a map, and an entry of the standard.
+/// Terminal, file, summary and report of one run: met, not met, undecided because a map is missing, and an entry of the standard.
 #[test]
 fn verdicts_are_reported_where_people_look() {
     let home = tempfile::tempdir().expect("a temporary directory");

@@ -1,4 +1,4 @@
-//! That tests which the test command leaves out, or runs in small, are run before a change lands.
+//! Checks that .ci/run runs the tests that `cargo test` leaves out, or runs with fewer seeds, before a change lands.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ fn script() -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).unwrap()
 }
 
-/// Test binaries and their files that have slow campaigns.
+/// Test binaries and their files that have slow campaigns, as pairs (binary, file).
 fn tests_with_campaigns() -> Vec<(String, String)> {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let slow = ["if slow()", "LUXMC_SLOW_TESTS"];

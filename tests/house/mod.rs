@@ -1,4 +1,4 @@
-//! What the files of the library import, the names of its types, its tuned numbers and its long tests, for the tests of its order.
+//! Reads the library's files for the tests of its order: their imports, the names of types, the tuned numbers and the long tests.
 
 mod campaigns;
 mod names;
@@ -6,25 +6,25 @@ pub mod tuned;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A path in code, such as `crate::scene::Scene`, piece by piece, and its line.
+/// A path in code, such as `crate::scene::Scene`, in pieces, with its line number.
 pub struct Named {
     pub line: usize,
     pub path: Vec<String>,
 }
 
-/// Code without comments and, where there is one, without the module of tests at its end; lines keep their numbers.
+/// Code without comments and without the module of tests at its end, if it has one. Line numbers do not change.
 pub fn product_code(text: &str) -> String {
     let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     without_comments(text)
 }
 
-/// Code without its comments; lines keep their numbers.
+/// Code without its comments. Line numbers do not change.
 pub fn without_comments(text: &str) -> String {
     let bare = text.lines().map(|line| if line.trim_start().starts_with("//") { "" } else { line });
     bare.collect::<Vec<_>>().join("\n")
 }
 
-/// All paths that code names: those of `use`, however they are nested, and those that begin with `crate`, `luxmc` or `super` elsewhere.
+/// All paths that code names: those of `use`, at any depth of nesting, and those that begin with `crate`, `luxmc` or `super` elsewhere.
 pub fn named_in(code: &str) -> Vec<Named> {
     let mut named = Vec::new();
     let mut rest = code;
@@ -46,7 +46,7 @@ pub fn named_in(code: &str) -> Vec<Named> {
     named
 }
 
-/// Where the next path begins, and whether it is that of a `use`.
+/// Start of the next path, and whether it belongs to a `use`.
 fn next_path(code: &str) -> Option<(usize, bool)> {
     let begins_word =
         |at: usize| !code[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':');
@@ -63,7 +63,7 @@ fn pieces(path: &str) -> Vec<String> {
     path.split("::").map(str::trim).filter(|piece| !piece.is_empty()).map(str::to_owned).collect()
 }
 
-/// The paths of the tree of a `use`: `a::{b, c::{d, e}}` is `a::b`, `a::c::d` and `a::c::e`.
+/// Paths in the tree of a `use`: `a::{b, c::{d, e}}` gives `a::b`, `a::c::d` and `a::c::e`.
 fn expanded(tree: &str) -> Vec<Vec<String>> {
     let tree = tree.trim();
     let Some((head, list)) = tree.split_once('{') else { return vec![pieces(tree)] };
@@ -87,11 +87,11 @@ fn expanded(tree: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// The modules of the library by their paths, `scene::photometry::ies`, with their code.
+/// Modules of the library with their code. A key is the module's path, such as `scene::photometry::ies`.
 pub struct Modules(BTreeMap<Vec<String>, String>);
 
 impl Modules {
-    /// Files by their names below `src`, such as `scene/mod.rs`, and their texts.
+    /// Takes the files' names below `src`, such as `scene/mod.rs`, and their texts.
     pub fn of<'t>(files: impl IntoIterator<Item = (String, &'t str)>) -> Modules {
         let module = |(name, text): (String, &str)| {
             let name = name.strip_suffix(".rs").unwrap_or(&name).to_owned();
@@ -102,7 +102,7 @@ impl Modules {
         Modules(files.into_iter().map(module).filter(|(path, _)| !is_test(path)).collect())
     }
 
-    /// The module in which a path of the library ends: through what modules show of those below them.
+    /// The module in which a path of the library ends. Re-exports (`pub use`) are followed to the modules below.
     fn home_of(&self, path: &[String]) -> Option<Vec<String>> {
         let length = (1..=path.len()).rev().find(|length| self.0.contains_key(&path[..*length]))?;
         let module = path[..length].to_vec();
@@ -128,7 +128,7 @@ impl Modules {
         Some(module)
     }
 
-    /// The modules that one imports from.
+    /// Modules that one module imports from.
     fn imports_of(&self, module: &[String]) -> BTreeSet<Vec<String>> {
         let absolute = |path: Vec<String>| -> Option<Vec<String>> {
             match path.first()?.as_str() {
@@ -145,7 +145,7 @@ impl Modules {
         named.filter_map(|path| self.home_of(&path)).collect()
     }
 
-    /// Modules that import each other in a circle, beside each other: a file and the files in its folder are one.
+    /// Modules side by side that import each other in a circle. A file and the files in its folder count as one.
     pub fn in_circles(&self) -> BTreeSet<String> {
         let is_above = |one: &[String], other: &[String]| other.starts_with(one);
         let imports: BTreeMap<&Vec<String>, Vec<Vec<String>>> = self

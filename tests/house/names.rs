@@ -1,11 +1,12 @@
-//! That no two types of the library bear one name.
+//! Checks that no two types of the library have the same name.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::sources;
 
-/// The type that a line declares: public or private, in a function or a module of tests, too. Indented aliases are those of traits.
+/// Name of the type that a line declares. Private types count, and types in functions and in modules of tests. Indented aliases belong to
+/// traits and do not count.
 fn type_declared(line: &str) -> Option<&str> {
     let code = line.trim_start();
     let bare = code.strip_prefix("pub").map_or(code, |rest| {
@@ -17,7 +18,7 @@ fn type_declared(line: &str) -> Option<&str> {
     rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next()
 }
 
-/// Types that bear the name of another: each with both of their places.
+/// Types that have the name of another type, each with both files.
 fn types_of_one_name(files: &[(PathBuf, String)]) -> Vec<String> {
     let mut places: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for (path, text) in files {

@@ -1,4 +1,4 @@
-//! The numbers that the engine's files name, and what `validation/tuning/kinds.txt` says they are.
+//! The named numbers of the engine's files, and their kinds from `validation/tuning/kinds.txt`.
 
 /// Rooms whose numbers are listed.
 pub const ROOMS: &[&str] = &[
@@ -16,10 +16,10 @@ pub const ROOMS: &[&str] = &[
     "year",
 ];
 
-/// Kinds of numbers that were chosen by trying or by judgement.
+/// Kinds of numbers that were chosen by trials or by judgement.
 pub const TUNED: &[&str] = &["speed", "forecast", "model"];
 
-/// Names and values of the constants with a digit in their value that stand outside of functions and types.
+/// Names and values of the constants outside of functions and types whose value has a digit.
 pub fn numbers_in(code: &str) -> Vec<(&str, &str)> {
     let number = |line| {
         let line: &str = line;
@@ -35,7 +35,7 @@ pub fn numbers_in(code: &str) -> Vec<(&str, &str)> {
     code.lines().filter_map(number).collect()
 }
 
-/// File, name and kind of every number that is listed.
+/// File, name and kind of every listed number.
 pub fn kinds_in(list: &str) -> Vec<(&str, &str, &str)> {
     let lines = list.lines().filter(|line| !line.starts_with('#'));
     let of_files = lines.filter_map(|line| line.split_once(": "));

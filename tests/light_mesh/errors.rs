@@ -1,4 +1,4 @@
-//! Errors that light meshes state of single places and of maps, against exact light.
+//! Errors that light meshes state for single points and for maps, compared with exact light.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,7 +13,7 @@ use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
 
 use crate::common::{Silent, scene_of};
 
-/// A hall with three racks under lamps in rows, and a grid on its floor.
+/// A hall with three racks under rows of lamps, and a grid on its floor.
 fn hall(reflectance: f64, columns: u32) -> Scene {
     let racks: String = (0..3)
         .map(|number| {
@@ -52,8 +52,8 @@ fn settings(seed: u64) -> Settings {
     Settings { seed, maps: MapSelection::Receivers, ..Settings::default() }
 }
 
-/// Two error bars hold at 93% of the places or more of every kind that has 100 of them (seed 1, shadow rays are exact; by a normal error it
-/// would be 95%). With bars a fifth as long, the planted fault, they do not.
+/// Two error bars hold at 93 % or more of the points of every kind that has at least 100 points (seed 1; shadow rays are exact; a normal
+/// error would give 95 %). With bars a fifth as long, the planted fault, they do not.
 #[test]
 fn bars_of_single_places_hold_in_each_kind() {
     let scene = hall(0.0, 200);
@@ -79,7 +79,7 @@ fn bars_of_single_places_hold_in_each_kind() {
     assert!(held(0.4).iter().any(|(.., held)| *held < 0.93));
 }
 
-/// Time that goes on by so many seconds whenever somebody looks at the clock.
+/// A clock that advances by `step_s` seconds at each reading.
 struct Clock {
     looks: AtomicU64,
     step_s: f64,
@@ -97,7 +97,7 @@ fn late(limit_s: f64, step_s: f64, choice: &MeshChoice) -> Solution {
     solve_by_light_mesh(&hall(0.5, 40), &settings, choice, &clock).expect("it can be computed")
 }
 
-/// A step that is given is taken as it is with a time limit too, and says so by a warning where a target stands against it.
+/// A given step is used unchanged, also with a time limit. If a target conflicts with it, there is a warning.
 #[test]
 fn a_given_step_is_taken_as_it_is() {
     let by_mesh = late(1e9, 1.0, &given_step(0.5));
@@ -109,9 +109,9 @@ fn a_given_step_is_taken_as_it_is() {
     assert!(refused.warnings.iter().any(|warning| warning.contains("step that was given")), "{:?}", refused.warnings);
 }
 
-/// A run whose time is over from the start takes no more than what gives each of 1,600 places a value and an error: a
-/// twentieth of the rays of a check in full (128 places, 2 × 2,048 walks, some four rays each), which used to come after the end.
-/// The clock stands, so that rays alone are counted; where it goes on by a second a look, the map is left out and named.
+/// A run whose time is over from the start does only the work that gives each of 1,600 points a value and an error. This takes a twentieth
+/// of the rays of a full check (128 points, 2 × 2,048 walks, some four rays each), which used to come after the end. The clock stands
+/// still, so that only rays count. If the clock advances by a second at each reading, the map is left out and named.
 #[test]
 fn what_comes_after_the_end_is_short() {
     for choice in [given_step(0.5), given_step(2.0), MeshChoice::default()] {

@@ -1,4 +1,4 @@
-//! Light meshes against exact truths: shadows, walls, closed formulas, and what each acceleration changes.
+//! Light meshes against exact values: shadows, walls, closed formulas, and the effect of each acceleration.
 
 use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
@@ -26,7 +26,7 @@ fn scene(geometry: &str, luminaires: &str, receivers: &str) -> Scene {
     ))
 }
 
-/// A hall of 8 m × 8 m with solids of all sizes, a thin sheet among them, and nine lamps.
+/// A hall of 8 m × 8 m with solids of all sizes, among them a thin sheet, and nine lamps.
 fn hall(columns: u32) -> Scene {
     let geometry = r#"
         { "name": "room", "type": "box", "min": [0,0,0], "max": [8,8,4], "facing": "inward", "material": "black" },
@@ -61,7 +61,7 @@ impl World {
         Surroundings { scene, stage, solids, samples, give_up: NEVER }
     }
 
-    /// Direct light of the first receiver set by a mesh, and what it took.
+    /// Direct light of the first receiver set by a mesh, and the work for it.
     fn by_mesh(&self, step_m: f64, ratio: f64, accelerations: Accelerations) -> (Vec<f64>, Counts) {
         let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1, None, false);
         let options = Options { step_m, radius_m: ratio * step_m, accelerations };
@@ -102,7 +102,7 @@ fn the_tree_and_the_templates_change_nothing_and_the_others_little() {
     assert_eq!(all, no_tree);
     assert_eq!(all, no_templates);
     assert_eq!(counts, no_templates_counts);
-    // MU3 and MU4 take for granted what they do not test: the map's error moves by less than a tenth of itself.
+    // MU3 and MU4 assume what they do not test. The map's error changes by less than a tenth of itself.
     let (no_outer, no_outer_counts) = without(|a| a.outer_first = false);
     let (no_flags, no_flags_counts) = without(|a| a.inside_flags = false);
     let error = relative_rms(&all, &exact);
@@ -125,7 +125,7 @@ fn a_map_is_the_same_for_any_number_of_threads() {
     assert_eq!((values, counts), run(7));
 }
 
-/// The error falls with the step, and at a millimetre it is below 0.3%; a radius of 20 cm is not (the planted fault).
+/// The error decreases with the step. At 1 mm it is below 0.3 %. At 10 cm, the planted fault, it is not.
 #[test]
 fn meshes_converge_to_exact_shadows() {
     let world = World::of(hall(60));
@@ -139,8 +139,8 @@ fn meshes_converge_to_exact_shadows() {
     assert!(errors[1] > 0.003);
 }
 
-/// A lamp on one side of a wall that reaches from floor to ceiling: no receiver on the other side gets any of its light,
-/// however the wall's thickness and the step relate; without the wall they do (the planted fault).
+/// A lamp on one side of a wall from floor to ceiling. No receiver on the other side gets any of its light, for all ratios of the wall's
+/// thickness to the step. Without the wall, the planted fault, they do.
 #[test]
 fn no_light_leaks_through_walls() {
     let lamp = r#"{ "name": "lamp", "type": "point", "position": [1,2,2], "intensity_cd": 100 }"#;
@@ -168,7 +168,7 @@ fn no_light_leaks_through_walls() {
     assert!(open.by_mesh(0.1, 2.1, Accelerations::ALL).0.iter().all(|lx| *lx > 0.0));
 }
 
-/// Where nothing hides a panel, every share is 1 and the mesh gives Lambert's formula to rounding.
+/// For a panel that nothing hides, every share is 1 and the mesh gives Lambert's formula to rounding.
 #[test]
 fn an_unhidden_panel_has_its_closed_form() {
     let geometry = r#"
@@ -186,8 +186,8 @@ fn an_unhidden_panel_has_its_closed_form() {
     assert_eq!(counts.places_without_set, 0);
 }
 
-/// Sobolev's reflected light on plane 1 to a distance of 3: the directional form within 3% of the mean reflected light
-/// with the walks that the program chooses by itself, for every seed; the scalar form is far from it.
+/// Sobolev's reflected light on plane 1 up to a distance of 3. With the walks that the program chooses, the directional form is within 3 %
+/// of the mean reflected light for every seed. The scalar form is far from it.
 #[test]
 fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
     let planes = r#"
@@ -223,8 +223,8 @@ fn settings(target_error: Option<f64>, seed: u64) -> Settings {
     Settings { seed, target_error, maps: MapSelection::Receivers, ..Settings::default() }
 }
 
-/// The stated error against the true one for 12 seeds: the mesh is the same in all of them, the places that judge it are
-/// not. Half a map more (the planted fault) would be outside.
+/// The stated error against the true one for 12 seeds. The mesh is the same for all of them; the points that judge it are not. A map with
+/// half as much light again (the planted fault) would be outside.
 #[test]
 fn the_stated_error_is_the_true_one() {
     let scene = hall(200);
@@ -264,7 +264,7 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     assert!(fine.notes.iter().any(|line| line.contains("completed direct light")), "{:?}", fine.notes);
 }
 
-/// Elements and receivers of a reflecting room beside the chains' map.
+/// Elements and receivers of a reflecting room compared with the map by chains.
 #[test]
 fn a_reflecting_room_agrees_with_chains() {
     let room = r#"
@@ -284,7 +284,7 @@ fn a_reflecting_room_agrees_with_chains() {
     }
 }
 
-/// A place under a solid gets nothing, though mesh points round it are lit.
+/// A point under a solid gets nothing, although the mesh points around it are lit.
 #[test]
 fn a_place_under_a_solid_stays_dark() {
     let geometry = r#"
@@ -307,8 +307,8 @@ fn a_place_under_a_solid_stays_dark() {
     assert!(lx_at(0.3) > 0.0);
 }
 
-/// A box that no light gets into but by chance: the lamp is outside of a closed box of reflecting walls. Nothing is found,
-/// and nothing is called exact or met; the same box of black walls is known to be dark.
+/// A box that light can enter only by chance: the lamp is outside of a closed box of reflecting walls. Nothing is found, and nothing is
+/// reported as exact or met. The same box with black walls is known to be dark.
 #[test]
 fn a_dark_map_is_not_called_exact_where_light_may_be_reflected() {
     let solved = |reflectance: f64| {

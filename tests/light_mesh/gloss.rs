@@ -1,4 +1,4 @@
-//! Surfaces with a diffuse and a glossy part in one material by light meshes: their luminance, and the light that they send on.
+//! Surfaces whose material has a diffuse and a glossy part, by light meshes: their luminance and the light that they reflect.
 
 use std::f64::consts::{PI, TAU};
 
@@ -44,7 +44,7 @@ fn by_walks(scene: &Scene, chains: u64) -> Solution {
     solve(scene, &settings, &Silent)
 }
 
-/// Root mean square of what two maps differ by, and what their means do, over the mean; with both stated errors together.
+/// Root mean square difference of two maps and the difference of their means, both divided by the mean; and the combined stated error.
 fn compare(found: &MapResult, walks: &MapResult) -> [f64; 3] {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (a, b) = (&found.values.illuminance_lx, &walks.values.illuminance_lx);
@@ -53,13 +53,13 @@ fn compare(found: &MapResult, walks: &MapResult) -> [f64; 3] {
     [mean(&squares).sqrt() / whole, mean(a) / whole - 1.0, found.error.estimated.hypot(walks.error.estimated)]
 }
 
-/// What Phong's lobe over the larger cosine sends on of light that comes at an angle of this cosine, by a quadrature of its own over the
-/// angles about the mirror direction.
+/// Share of the light that Phong's lobe, divided by the larger cosine, reflects for this cosine of the angle of incidence. It is a separate
+/// quadrature over the angles around the mirror direction.
 fn kept_by_lobe(exponent: f64, cos: f64) -> f64 {
     let (steps, sin) = (160, (1.0 - cos * cos).sqrt());
     let mut sum = 0.0;
     for i in 0..steps {
-        // Every step has the same part of the lobe: cos α to the power of n + 1 is even.
+        // Every step has the same part of the lobe: cos α to the power of n + 1 is uniformly distributed.
         let cos_alpha = ((f64::from(i) + 0.5) / f64::from(steps)).powf(1.0 / (exponent + 1.0));
         let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
         for j in 0..steps {
@@ -70,8 +70,8 @@ fn kept_by_lobe(exponent: f64, cos: f64) -> f64 {
     sum / f64::from(steps * steps)
 }
 
-/// A glossy floor alone under a lamp: ρ_d/π E, the lobe (n + 1)/(2π) ρ_s cosⁿα E / max(cos θ_i, cos θ_o) and what makes up for its losses, by
-/// hand (docs/methods.md, section 9). A lobe of 2% more would be told, and so would one that is left out.
+/// A glossy floor alone under a lamp: ρ_d/π E, the lobe (n + 1)/(2π) ρ_s cosⁿα E / max(cos θ_i, cos θ_o) and the compensation of its
+/// losses, calculated separately (docs/methods.md, section 9). A lobe of 2 % more would be detected, and so would a missing lobe.
 #[test]
 fn a_glossy_floor_under_a_lamp_has_the_luminance_of_the_formula() {
     let floor = r#"{ "name": "floor", "type": "rectangle", "origin": [-10,-10,0], "u": [20,0,0], "v": [0,20,0], "material": "gloss" }"#;
@@ -116,9 +116,10 @@ const VIEW: &str = r#"{ "name": "view", "type": "luminance", "position": [0.4,0.
     "view": { "direction": [0.8,1,-0.4], "field_deg": [80,56], "columns": 16, "rows": 10 } }"#;
 const GRID: &str = r#"{ "name": "plane", "type": "grid", "origin": [0.3,0.3,1.0], "u": [4.4,0,0], "v": [0,3.4,0], "columns": 12, "rows": 10 }"#;
 
-/// A view of a room with a glossy floor and crate, a mirror, a pane, a point and a ball, to 5% by samples along lines of sight of their own, and of
-/// Phong's lobe by a mesh of 0.25 m, too, beside walks: what both differ by is what both errors say, and so are their means, which those of a gloss of 0.05
-/// instead of 0.25 are not (seeds 7 and 3). The samples take no more rays than a few walks would.
+/// A view of a room with a glossy floor and crate, a mirror, a pane, a point source and a ball, compared with walks (seeds 7 and 3). It is
+/// computed to 5 % by samples along separate lines of sight and, for Phong's lobe, also by a mesh of 0.25 m. The difference is within the
+/// combined stated errors, and so is that of the means. With a gloss of 0.05 instead of 0.25, the means differ by more. The samples take no
+/// more rays than a few walks would.
 #[test]
 fn a_view_of_a_glossy_room_agrees_with_walks() {
     view_agrees_with_walks("phong", 12.0);
@@ -149,8 +150,8 @@ fn view_agrees_with_walks(bsdf: &str, exponent: f64) {
     }
 }
 
-/// The illuminance of a plane in the same room, which gets the light that gloss sends on through the mesh: within what both errors say; a
-/// gloss of 0.05 instead of 0.25 is told.
+/// The illuminance of a plane in the same room, which gets the light reflected by gloss through the mesh. It agrees within the combined
+/// stated errors. A gloss of 0.05 instead of 0.25 is detected.
 #[test]
 fn a_plane_in_a_glossy_room_agrees_with_walks() {
     let of = |specular_reflectance: f64| scene(&gloss("phong", specular_reflectance, 12.0), ROOM, LAMPS, GRID);

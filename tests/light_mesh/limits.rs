@@ -1,4 +1,4 @@
-//! Light meshes that are cut short, and maps of many receivers.
+//! Light meshes that are interrupted, and maps of many receivers.
 
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,7 +14,7 @@ use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
 
 use crate::common::{Silent, scene_of};
 
-/// Sobolev's planes 1 m apart, a source midway, a square grid of 3 m on the lower one.
+/// Sobolev's planes 1 m apart, a source half way between them, and a square grid of 3 m on the lower plane.
 fn planes(columns: u32) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -26,14 +26,14 @@ fn planes(columns: u32) -> Scene {
     ))
 }
 
-/// Reflected light by Sobolev's integral, every centimetre to 4 m: one table for all tests.
+/// Reflected light by Sobolev's integral, every centimetre up to 4 m: one table for all tests.
 static SOBOLEV_LX: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
     let at = |radius_m: f64| sobolev(&problem, SobolevPlane::One, radius_m).expect("a sound problem").reflected_lx;
     (0..=400).map(|step| at(0.01 * f64::from(step))).collect()
 });
 
-/// Reflected light and all light at the grid's points, interpolated in the table of radii.
+/// Reflected light at the grid's points and the mean of all light, interpolated in the table of radii.
 fn exact_lx(scene: &Scene) -> (Vec<f64>, f64) {
     let table = &*SOBOLEV_LX;
     let points = &scene.receivers[0].points;
@@ -52,7 +52,7 @@ fn exact_lx(scene: &Scene) -> (Vec<f64>, f64) {
     (reflected_lx, mean_lx)
 }
 
-/// RMS error of reflected light, over the mean of all light.
+/// RMS error of the reflected light, divided by the mean of all light.
 fn relative_rms(found_lx: &[f64], (exact_lx, mean_lx): &(Vec<f64>, f64)) -> f64 {
     let squares: f64 = found_lx.iter().zip(exact_lx).map(|(found, exact)| (found - exact).powi(2)).sum();
     (squares / exact_lx.len() as f64).sqrt() / mean_lx
@@ -64,8 +64,8 @@ fn solved(scene: &Scene, target_error: f64, seed: u64, observer: &(dyn Observer 
     solve_by_light_mesh(scene, &settings, &MeshChoice::default(), observer).expect("it can be computed")
 }
 
-/// Sixteen times the receivers take less than three times the rays, and both maps are as near to the truth as they state
-/// (walks from every place would take sixteen times the rays, the planted fault).
+/// Sixteen times as many receivers take less than three times as many rays, and both maps are as accurate as they state. (Walks from every
+/// point would take sixteen times as many rays, the planted fault.)
 fn more_receivers_cost_little(seed: u64) {
     let rays = [60, 240].map(|columns| {
         let scene = planes(columns);
@@ -90,7 +90,7 @@ fn many_receivers_cost_little_more_than_few_by_another_seed() {
     more_receivers_cost_little(3);
 }
 
-/// Interrupts when it has been asked so often.
+/// Interrupts after `most` requests.
 struct CutAfter {
     asked: AtomicU64,
     most: u64,
@@ -105,8 +105,8 @@ impl Observer for CutAfter {
     }
 }
 
-/// Wherever a run is cut, before the first mesh, within a trial or within the map, it shows a mesh that is nearer to the
-/// truth than 16 walks from every place, and states its error.
+/// A run is interrupted before the first mesh, within a trial or within the map. It always shows a mesh that is more accurate than 16 walks
+/// from every point, and it states its error.
 #[test]
 fn a_run_that_is_cut_shows_the_best_that_it_has() {
     let scene = planes(60);

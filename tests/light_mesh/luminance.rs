@@ -33,9 +33,9 @@ fn by_mesh_to(scene: &Scene, step_m: f64, seed: u64, target_error: Option<f64>) 
     solve_by_light_mesh(scene, &settings, &choice, &Silent).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Luminance of once reflected light on a floor under a lamp, seen straight, in a mirror, through a pane (whose other face
-/// shows the floor before it as well), and of a sheet lit from behind: k_s, k_t, ρ/π and τ/π in closed form. A mirror of
-/// 1% less would be told.
+/// Luminance of once reflected light on a floor under a lamp: seen directly, in a mirror, and through a pane (whose other face also
+/// reflects the floor in front of it). Also that of a sheet lit from behind: k_s, k_t, ρ/π and τ/π in closed form. A mirror of 1 % less
+/// would be detected.
 #[test]
 fn mirrors_panes_and_sheets_show_what_formulas_say() {
     let geometry = r#"
@@ -93,8 +93,8 @@ fn view(mirror: f64, [columns, rows]: [u32; 2]) -> Scene {
     scene(ROOM, LAMP, &view, mirror)
 }
 
-/// A view of a room with a mirror, a pane and a sheet in it, beside walks: the deviation is what both errors say, and the
-/// means differ by no more either, which those of a mirror of 0.6 instead of 0.9 do (it fills a fourth of the view).
+/// A view of a room with a mirror, a pane and a sheet, compared with walks. The difference is within the combined stated errors, and so is
+/// that of the means. With a mirror of 0.6 instead of 0.9, which fills a fourth of the view, the means differ by more.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn a_view_of_a_room_agrees_with_walks() {
@@ -128,7 +128,7 @@ fn a_view_of_a_room_agrees_with_walks() {
     assert!(shift.abs() > stated, "the fault passed: {shift} {stated}");
 }
 
-/// The same bytes for any number of threads, and with a target the stated error is measured and kept.
+/// The values are the same for any number of threads. With a target the stated error is measured and kept.
 #[test]
 fn a_view_is_the_same_for_any_number_of_threads() {
     let run = |threads: usize| {

@@ -1,4 +1,4 @@
-//! Light meshes against exact truths.
+//! Light meshes against exact values.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Light meshes where flat mirrors show balls and areas: closed forms of the images, and walks that meet them by chance.
+//! Light meshes with balls and areas reflected in flat mirrors: closed forms of the images, and walks that meet the sources by chance.
 
 use glam::DVec3;
 use luxmc::base::ball::ball_illuminance_factor;
@@ -30,7 +30,7 @@ const CORNER: &str = r#"
 const BALL: &str =
     r#"{ "name": "ball", "type": "sphere", "center": [2,1.5,1], "radius": 0.15, "luminous_flux_lm": 1000 }"#;
 
-/// Mean of looks and its standard error.
+/// Mean of light samples of the images, and its standard error.
 fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64) {
     let stage = Stage::new(scene);
     let mirrors = stage.mirrors.as_ref().expect("flat mirrors");
@@ -48,9 +48,9 @@ fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64)
     (mean, ((squares / count as f64 - mean * mean) / count as f64).sqrt())
 }
 
-/// A ball and a panel before a corner of mirrors: three images each, the two of one reflection with a share of 0.9, the
-/// third with 0.81, whichever mirror is met first. N = 100,000 looks, seed 7, α = 1e-6 on each side; 2% (the planted fault)
-/// is some 10 standard errors.
+/// A ball and a panel in front of a corner of mirrors have three images each: two of one reflection with a share of 0.9, and a third with
+/// 0.81, whichever mirror is met first. N = 100,000 light samples, seed 7, α = 1e-6 on each side; 2 % (the planted fault) is some 10
+/// standard errors.
 #[test]
 fn images_of_areas_in_a_corner_have_closed_forms() {
     const Z: f64 = 4.76;
@@ -77,7 +77,7 @@ fn images_of_areas_in_a_corner_have_closed_forms() {
     let light = r#"{ "name": "light", "type": "area", "surface": "panel", "exitance_lm_m2": 500 }"#;
     let of_panel = |(mirror, share): (DVec3, f64)| {
         let image_m = corners_m.map(|corner_m| corner_m * mirror);
-        // Two reflections keep the sense of its corners, one turns it round; its front looks to −x, its image in x to +x.
+        // Two reflections keep the orientation of the corners, one reverses it. The front faces −x, its image in x faces +x.
         let turned = [image_m[3], image_m[2], image_m[1], image_m[0]];
         let corners_m = if mirror.x * mirror.y > 0.0 { turned } else { image_m };
         share * polygon_illuminance_lx(place_m, normal, &corners_m, 500.0)
@@ -93,8 +93,8 @@ fn by_mesh(scene: &Scene, choice: &MeshChoice, target_error: Option<f64>) -> Sol
     solve_by_light_mesh(scene, &settings, choice, &Silent).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// An eye looks at a grey floor that a ball lights by way of a mirror alone: a black screen hides the ball itself. Its
-/// luminance is ρ/π times 0.9 times the illuminance of the image, by the step that the program chooses for 1%.
+/// An eye sees a grey floor that a ball lights only through a mirror: a black screen hides the ball itself. Its luminance is ρ/π times 0.9
+/// times the illuminance of the image, with the step that the program chooses for 1 %.
 #[test]
 fn a_floor_lit_by_a_balls_image_has_its_exact_luminance() {
     let geometry = r#"
@@ -115,14 +115,14 @@ fn a_floor_lit_by_a_balls_image_has_its_exact_luminance() {
         let offset_m = DVec3::new(-1.5, 0.0, 1.4) - place_m;
         let factor = ball_illuminance_factor(offset_m.normalize().z, offset_m.length() / 0.1);
         let exact = 0.5 / std::f64::consts::PI * 0.9 * exitance_lm_m2 * factor;
-        // Three times the target; the image itself, of 0.9, is told from one of 1 by three times as much.
+        // The limit is three times the target. An image of 1 instead of 0.9 would be off by three times the limit.
         assert!((found / exact - 1.0).abs() < 0.03, "{place_m}: {found} {exact}");
     }
 }
 
-/// A room with a mirror and a ball: what looks at images leave out is what walks no longer meet by chance. Beside walks of
-/// the ordinary kind, the means agree within both errors; were light by way of the mirror counted twice, or never, as it is
-/// with a black mirror, they would not (the planted fault).
+/// A room with a mirror and a ball. Light samples of images must contain exactly the light that walks then no longer meet by chance. The
+/// means agree within 1 % with ordinary walks. If light through the mirror were counted twice, or never as with a black mirror (the planted
+/// fault), they would not.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn a_room_with_a_ball_in_a_mirror_agrees_with_walks() {

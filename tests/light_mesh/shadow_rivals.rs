@@ -1,4 +1,4 @@
-//! Shadows as games make them: against looks where they are right, and off by what makes them so where they are not.
+//! Shadow methods of games: equal to light samples where they are valid, and wrong by a known amount elsewhere.
 
 use std::sync::LazyLock;
 
@@ -7,7 +7,7 @@ use luxmc::validation::studies::shadow_rivals::depth_map::DepthMap;
 use luxmc::validation::studies::shadow_rivals::wedges::Wedges;
 use luxmc::validation::studies::world::World;
 
-/// A ball of 0.5 m at 10 m over the ground, and boards or boxes between.
+/// A ball of 0.5 m at 10 m above the ground, with boards or boxes between them.
 const LAMP_M: DVec3 = DVec3::new(20.0, 20.0, 10.0);
 const RADIUS_M: f64 = 0.5;
 const SIZE_M: [f64; 2] = [40.0, 40.0];
@@ -25,12 +25,12 @@ fn world(geometry: &str, ball: bool) -> World {
     World::black(&format!("{GROUND}, {geometry}"), &format!(r#"{{ "name": "lamp", {lamp} }}"#)).expect("a world")
 }
 
-/// Places along a line across the shadow of the box's edge at x = 23, 2 to 4 m high.
+/// Points along a line across the shadow of the box's edge at x = 23, 2 m to 4 m high.
 fn places_m(y_m: f64) -> Vec<DVec3> {
     (0..121).map(|i| DVec3::new(23.0 + 0.025 * f64::from(i), y_m, 0.0)).collect()
 }
 
-/// Shares of the ball that places see, by 4096 looks from each.
+/// Visible share of the ball at each point, by 4096 light samples.
 fn exact(geometry: &str, places_m: &[DVec3]) -> Vec<f64> {
     let world = world(geometry, true);
     let lit = world.by_rays(places_m, 4096, f64::INFINITY);
@@ -50,8 +50,8 @@ fn worst(found: &[f64], exact: &[f64]) -> f64 {
 
 static OF_BOX: LazyLock<World> = LazyLock::new(|| world(BOX, false));
 
-/// Behind one box whose silhouette all of the ball sees alike, wedges are right but for how the cosine changes over the ball, some 1 % of
-/// the lamp. Wedges of a ball of a fifth less (the planted fault) are not.
+/// Behind one box whose silhouette is the same for the whole ball, wedges are right except for the change of the cosine over the ball, some
+/// 1 % of the lamp. Wedges of a ball smaller by a fifth (the planted fault) are not.
 #[test]
 fn wedges_of_one_box_are_those_of_looks() {
     let places_m = places_m(19.3);
@@ -67,7 +67,8 @@ fn wedges_of_one_box_are_those_of_looks() {
     assert!(worst(&shares(0.8 * RADIUS_M), &exact) > 0.02, "the planted fault passed");
 }
 
-/// Where two boxes hide the same part of the ball, wedges count it twice: darker than looks by up to half of the lamp.
+/// Where two boxes hide the same part of the ball, wedges count it twice. The result is darker than by light samples, by up to half of the
+/// lamp.
 #[test]
 fn wedges_of_two_boxes_take_what_both_hide_twice() {
     let places_m = places_m(19.3);
@@ -79,7 +80,8 @@ fn wedges_of_two_boxes_take_what_both_hide_twice() {
     assert!(off.iter().all(|off| *off < 0.02) && (-0.6..-0.3).contains(&darkest), "{off:?}");
 }
 
-/// Shadows that grow outward leave black what the centre does not light, and light comes up beyond: always darker than the truth.
+/// Shadows that grow outward are black where the centre of the lamp is hidden, and light begins only beyond. They are always darker than
+/// the truth.
 #[test]
 fn outward_shadows_are_too_dark() {
     let places_m = places_m(19.3);
@@ -90,8 +92,8 @@ fn outward_shadows_are_too_dark() {
     assert!(outward[half - 2] == 0.0 && outward[120] == 1.0 && worst(&outward, &exact) > 0.3, "{outward:?}");
 }
 
-/// A shadow map's edge is a ramp as wide as its filter, a single sample's as wide as twice its reach, both through ½ at the hard edge
-/// within a texel; a filter of another width (the planted fault) is told.
+/// The edge of a shadow map is a ramp as wide as its filter. That of a single sample is twice as wide as its reach. Both pass through ½ at
+/// the hard edge within a texel. A filter of another width (the planted fault) is detected.
 #[test]
 fn ramps_of_shadow_maps_are_as_wide_as_they_are_made() {
     let map = DepthMap::of(&OF_BOX, LAMP_M, SIZE_M, [800, 800]);

@@ -1,4 +1,4 @@
-//! Studies of light meshes in small: every one runs, its tables hold numbers, and its pictures are drawn.
+//! Small versions of the studies of light meshes: every one runs, its tables contain numbers, and its pictures are drawn.
 
 use std::fs;
 use std::process::Command;
@@ -43,7 +43,7 @@ fn every_study_tells_numbers_and_draws() {
     assert!(studies_named("cube").is_empty());
 }
 
-/// The error falls with the step at every radius, and an area of more points is nearer to the truth for more rays.
+/// The error decreases with the step for every radius. An area of more points is more accurate, for more rays.
 #[test]
 fn steps_and_sources_are_in_order() {
     let steps = found("light-mesh-steps");
@@ -56,13 +56,13 @@ fn steps_and_sources_are_in_order() {
     let rows = &sources.tables[0].1.rows;
     let of = |row: usize, column: usize| number(&rows[row][column]);
     assert_eq!([1, 2, 3].map(|row| of(row, 1) / of(0, 1)), [5.0, 25.0, 225.0]);
-    // A picture's ray of view besides: the papers' 2 : 6 : 172, but for what their scene does not light.
+    // With the view ray of a picture added, the ratio is the papers' 2 : 6 : 172, except for what their scene does not light.
     assert_eq!([0, 1, 2, 3].map(|row| of(row, 4)), [2.0, 6.0, 26.0, 226.0]);
     assert!(of(3, 6) < of(1, 6) && of(1, 6) < of(0, 6), "{rows:?}");
 }
 
-/// Which lamps a point sees tells more than one number of their light: with the same points its error is far smaller, and only it falls
-/// with the step as soon as shadows are resolved. The planted fault, the forms exchanged, fails.
+/// The set of lamps that a point sees contains more information than one number of their light. With the same points its error is far
+/// smaller, and only its error decreases with the step once shadows are resolved. The planted fault, exchanged forms, fails.
 #[test]
 fn visibility_beats_one_number_and_finer_meshes_help_it_alone() {
     let rows = &found("light-mesh-forms").tables[0].1.rows;
@@ -77,7 +77,7 @@ fn visibility_beats_one_number_and_finer_meshes_help_it_alone() {
     assert!(!beats(&scalar, &fine), "the planted fault passed");
 }
 
-/// Rows that are left out with `--mesh-direct` and `--mesh-interpolation` change nothing in the others.
+/// Rows that are left out with `--mesh-direct` and `--mesh-interpolation` do not change the others.
 #[test]
 fn forms_can_be_asked_for_one_by_one() {
     let all = found("light-mesh-forms").tables.remove(0).1.rows;
@@ -88,8 +88,8 @@ fn forms_can_be_asked_for_one_by_one() {
     assert_eq!(some.len(), 4);
 }
 
-/// What a plane gets at the points comes nearer to what a floor gets the finer the mesh is, with every φ₅; a quarter of the light from all sides
-/// does not. The planted fault, the forms exchanged, fails.
+/// Light on a plane, interpolated from the mesh points, approaches the light on a floor as the mesh gets finer, with every φ₅. A quarter of
+/// the light from all sides does not. The planted fault, exchanged forms, fails.
 #[test]
 fn planes_beat_one_number_of_indirect_light() {
     let rows = &found("light-mesh-indirect").tables[0].1.rows;
@@ -103,8 +103,8 @@ fn planes_beat_one_number_of_indirect_light() {
     assert!(!beats(&scalar, &plane), "the planted fault passed");
 }
 
-/// The penumbra by shadow rays is that of the ball, within 3% of the width by similar triangles between a tenth and nine
-/// tenths (0.248 m); the mesh of a point alone is wide of it (what a wrong source would show).
+/// The penumbra by shadow rays is that of the ball. It is within 3 % of the width by similar triangles between a tenth and nine tenths
+/// (0.248 m). The mesh of a point source is far from it (as a wrong source would be).
 #[test]
 fn the_real_penumbra_is_the_balls() {
     let rows = &found("light-mesh-penumbra").tables[0].1.rows;

@@ -1,4 +1,4 @@
-//! Luminous boxes at ceilings: what faces down shines down, whatever stands above, and at every height alike.
+//! Luminous boxes at ceilings: the lower face emits downward, whatever stands above, and equally at every height.
 
 use std::path::Path;
 
@@ -8,7 +8,8 @@ use luxmc::solver::{MapSelection, Settings, solve};
 
 use crate::common::Silent;
 
-/// A room of 4 m × 4 m × 3 m with walls of a reflectance under a file of a box of 400 mm × 400 mm × 25 mm, its middle at a height.
+/// A room of 4 m × 4 m × 3 m with walls of this reflectance. The luminaire file has a box of 400 mm × 400 mm × 25 mm with its centre at
+/// `height_m`.
 fn room(reflectance: f64, height_m: f64) -> Scene {
     let text = format!(
         r#"{{ "version": 1, "materials": {{ "walls": {{ "type": "diffuse", "reflectance": {reflectance} }} }},
@@ -28,9 +29,9 @@ fn means_lx(scene: &Scene) -> [f64; 2] {
     [0, 1].map(|set: usize| solution.maps[set].tables[0].average_lx.value)
 }
 
-/// Hanging below the ceiling, a tenth of a millimetre in it, with its middle in it, 1 cm above it, and its face flush with it: the floor
-/// gets the same within 2 % and the walls, to which a recessed box shows no sides, within 6 %. Where its top shone through itself the
-/// second had 0.56 of the first (the planted fault).
+/// Positions: hanging below the ceiling, a tenth of a millimetre in it, with its centre in it, 1 cm above it, and its lower face flush with
+/// it. The floor gets the same light within 2 %. The walls, to which a recessed box shows no sides, get the same within 6 %. When the top
+/// emitted through the box itself, the second position gave 0.56 of the first (the planted fault).
 #[test]
 fn the_light_of_a_box_does_not_hang_on_how_far_it_is_let_into_the_ceiling() {
     let hanging = means_lx(&room(0.0, 3.0 - 0.0125));
@@ -47,7 +48,8 @@ fn the_light_of_a_box_does_not_hang_on_how_far_it_is_let_into_the_ceiling() {
     }
 }
 
-/// A box wholly above the ceiling shines at its back alone: that is told as the luminaire's place, and no normals are called flipped.
+/// A box entirely above the ceiling lights only the ceiling's back. The warning names the luminaire's position and does not call the
+/// normals flipped.
 #[test]
 fn a_box_above_the_ceiling_is_reported_as_one_that_shines_from_behind() {
     let scene = room(0.5, 3.02);

@@ -1,7 +1,7 @@
-//! Strong luminaires that are hidden: a walk must find the weak ones in sight all the same.
+//! Strong luminaires that are hidden: a walk must still find the weak ones in sight.
 //!
-//! Statistical assertions allow [`MOST_DEVIATIONS`] standard errors (16 replicas, Student's t with 15 degrees of freedom:
-//! α below 1e-6 each); seeds are fixed; 5% more or less must be refused.
+//! Statistical assertions allow [`MOST_DEVIATIONS`] standard errors (16 replicas, Student's t with 15 degrees of freedom: α below 1e-6
+//! each). Seeds are fixed. 5 % more or less must be refused.
 
 use luxmc::chain::Stage;
 use luxmc::sampling::emitter_tree::Cut;
@@ -12,8 +12,8 @@ use crate::common::{scene_of, with_chains};
 
 const MOST_DEVIATIONS: f64 = 8.0;
 
-/// Two rooms of 1 m, x from 0 to 1 and from 1 to 2, with floor and ceiling in one and a wall between; a lamp of 1000 lm in
-/// the first and so many of 10⁹ lm in all in the second.
+/// Two rooms of 1 m, x from 0 to 1 and from 1 to 2, with a common floor and ceiling and a wall between. A lamp of 1000 lm is in the first
+/// room, and `bright_lamps` lamps with 10⁹ lm in all are in the second.
 fn two_rooms(bright_lamps: usize) -> Scene {
     let panel = |name: &str, origin: [i32; 3], u: [i32; 3], v: [i32; 3], two_sided: bool| {
         format!(
@@ -57,8 +57,8 @@ fn found(scene: &Scene, seed: u64) -> Vec<[f64; 2]> {
     all
 }
 
-/// The same room by itself is the truth: the bright lamps add nothing. A point 6% off must be refused, and the wall, to
-/// which hardly any packet comes, 30% off.
+/// The truth is the same room without the bright lamps, because they add nothing. A point 6 % off must be refused. The wall, to which
+/// hardly any packet comes, must be refused when 30 % off.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn lamps_a_million_times_brighter_behind_a_wall_change_nothing() {
@@ -98,7 +98,7 @@ fn emitters_are_chosen_with_the_probability_reported() {
                 assert!((asked / told - 1.0).abs() < 1e-12, "emitter {emitter}: {told}, {asked}");
             }
         }
-        // The variates are equidistant: a share is met within a few of them for each way of choosing.
+        // The variates are equidistant. A share is therefore accurate to a few of them for each way of choosing.
         for (emitter, chosen) in counts.iter().enumerate() {
             let share = f64::from(*chosen) / f64::from(N);
             let told = choices.probability(emitter as u32);

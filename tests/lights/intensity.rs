@@ -1,7 +1,7 @@
-//! Far-field intensity distributions of what leaves a scene against closed formulas, and the photometric files made of them.
+//! Far-field intensity distributions of the light that leaves a scene, against closed formulas, and the photometric files made from them.
 //!
-//! Comparisons with chance in them allow 5 standard errors of 16 replicas (t with 15 degrees of freedom, some 2e-4 each) with the seed
-//! below, or 4.5 in the mean over many directions, and must see a planted fault.
+//! Comparisons with randomness allow 5 standard errors of 16 replicas (t with 15 degrees of freedom, some 2e-4 each) with the seed below,
+//! or 4.5 for the mean over many directions. They must detect a planted fault.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -18,7 +18,7 @@ const SEED: u64 = 31;
 const WITHIN: f64 = 5.0;
 
 const BLACK: &str = r#""black": { "type": "diffuse", "reflectance": 0 }"#;
-/// A scene needs a surface; this one stands in nobody's way.
+/// A scene needs a surface. This one hides nothing.
 const SPECK: &str = r#"{ "name": "speck", "type": "rectangle", "origin": [0,0,-50], "u": [0,0.001,0], "v": [0.001,0,0], "material": "black" }"#;
 
 fn scene_of(materials: &str, geometry: &str, luminaires: &str, receiver: &str) -> Scene {
@@ -44,7 +44,7 @@ fn table(scene: &Scene) -> &IntensityTable {
     scene.receivers[0].intensity_table().expect("an intensity receiver")
 }
 
-/// Every direction with its C and γ in degrees, value and standard error in cd.
+/// Every direction with its C and γ in degrees, its value and its standard error in cd.
 fn directions(scene: &Scene, solution: &Solution) -> Vec<([f64; 2], DVec3, f64, f64)> {
     let (table, values) = (table(scene), &solution.maps[0].values);
     let told = |(entry, (plane, step)): (usize, (u32, u32))| {
@@ -86,7 +86,7 @@ fn a_bare_luminaire_gives_its_own_file_back() {
         }
         assert!(worst_cd < 1e-6 * most_cd, "{name}: off by {worst_cd} cd of {most_cd}");
 
-        // Files hold nine digits of the same intensities, and the same flux.
+        // Files contain nine digits of the same intensities, and the same flux.
         let light = &leaving_light(&scene, &solution)[0];
         for read in read_back(&scene, &solution) {
             let format = read.format;
@@ -101,7 +101,7 @@ fn a_bare_luminaire_gives_its_own_file_back() {
             let ratio = read.light_output_ratio.expect("relative photometry");
             assert!((ratio - light.light_output_ratio).abs() < 1e-6, "{name} {format:?}: {ratio}");
         }
-        // A table as fine as this keeps the flux of the file that it was made of.
+        // A table of this resolution keeps the flux of the file that it was made from.
         assert!((light.luminous_flux_lm.value / truth.luminous_flux_lm() - 1.0).abs() < 2e-3, "{name}");
     }
 }
@@ -126,7 +126,7 @@ fn areas_balls_and_panes_are_seen_from_afar_as_they_are() {
     let solution = solved(&scene, 20_000, 2);
     let (table, values) = (table(&scene), &solution.maps[0].values);
     let whole_cd = 5000.0 * 0.1 * 0.1;
-    // Downwards: two faces of reflectance 0.04 with all inner reflections, T = (1 − R)/(1 + R). Upwards all of it, and mirror images beside it.
+    // Down: two faces of reflectance 0.04 with all inner reflections, T = (1 − R)/(1 + R). Up: all of it, and mirror images in addition.
     let down = table.entry(0, 0);
     let through_cd = whole_cd * 0.96 / 1.04;
     assert!((values.direct_lx[down] - through_cd).abs() < 1e-9 * whole_cd, "{}", values.direct_lx[down]);
@@ -138,7 +138,7 @@ fn areas_balls_and_panes_are_seen_from_afar_as_they_are() {
     );
 }
 
-/// Mean of value over truth among some directions, and its standard error; the number of standard errors that the worst of them is off.
+/// Mean of value over truth among some directions, and its standard error; and the largest deviation of a direction in standard errors.
 fn held_against(told: &[(f64, f64, f64)]) -> (f64, f64, f64) {
     let exact: f64 = told.iter().map(|(_, _, exact)| exact).sum();
     let value: f64 = told.iter().map(|(value, _, _)| value).sum();
@@ -156,7 +156,7 @@ fn a_lamp_in_a_trough_of_mirrors_is_four_lamps() {
     let lamp = r#"{ "name": "lamp", "type": "point", "position": [0.3,0.2,0], "intensity_cd": 100 }"#;
     let scene = scene_of(materials, mirrors, lamp, r#", "c_planes": 12, "gamma_step_deg": 10"#);
     let solution = solved(&scene, 400_000, 2);
-    // Cells that lie within the quarter whole: C from 30 to 60°, γ from 30 to 150°.
+    // Cells that lie entirely in the quarter: C from 30° to 60°, γ from 30° to 150°.
     let inside = directions(&scene, &solution)
         .into_iter()
         .filter(|([c_deg, gamma_deg], ..)| [30.0, 60.0].contains(c_deg) && (30.0..=150.0).contains(gamma_deg));
@@ -166,14 +166,14 @@ fn a_lamp_in_a_trough_of_mirrors_is_four_lamps() {
     assert!((ratio - 1.0).abs() < 4.5 * error && worst < WITHIN, "{ratio} ± {error}, worst {worst}");
     // The planted fault: a mirror of 0.82 would give 2.2 % more.
     assert!((ratio * (1.82f64 / 1.8).powi(2) - 1.0).abs() > 4.5 * error, "the planted fault passed: ± {error}");
-    // Nothing gets out behind the mirrors.
+    // No light leaves behind the mirrors.
     let behind = directions(&scene, &solution)
         .into_iter()
         .filter(|([c_deg, gamma_deg], ..)| [210.0, 240.0].contains(c_deg) && (30.0..=150.0).contains(gamma_deg));
     assert!(behind.into_iter().all(|(_, _, value_cd, _)| value_cd == 0.0));
 }
 
-/// A lamp over a diffuse sheet: I + ρ I Ω cos θ/π above it, Ω the solid angle of the sheet, and I or nothing below.
+/// A lamp above a diffuse sheet: I + ρ I Ω cos θ/π above it, where Ω is the solid angle of the sheet, and I or nothing below.
 #[test]
 fn a_lamp_over_a_diffuse_sheet_is_met_in_closed_form() {
     let materials = r#""white": { "type": "diffuse", "reflectance": 0.9 }"#;
@@ -189,7 +189,8 @@ fn a_lamp_over_a_diffuse_sheet_is_met_in_closed_form() {
     let mut told = Vec::new();
     for ([_, gamma_deg], direction, value, error) in directions(&scene, &solution) {
         if gamma_deg < 85.0 {
-            // Tables hold means over cells: of the cosine over 10° that is (sin 5°)/5° of it at the middle and the like at the pole.
+            // Tables contain means over cells. For the cosine over 10° the mean is (sin 5°)/5° of the value at the centre, and similar at
+            // the pole.
             let half = 5.0f64.to_radians();
             let mean_cosine = match gamma_deg {
                 0.0 => half.sin().powi(2) / (2.0 * (1.0 - half.cos())),
@@ -197,7 +198,7 @@ fn a_lamp_over_a_diffuse_sheet_is_met_in_closed_form() {
             };
             told.push((value, error, 100.0 + reflected_cd * mean_cosine));
         } else if gamma_deg > 95.0 {
-            // The sheet's back takes what it hides, and reflects nothing down.
+            // The back of the sheet absorbs what it hides, and reflects nothing downward.
             let reach_m = 0.4 / -direction.z;
             let [x, y] = [0.2 + direction.x * reach_m, 0.1 + direction.y * reach_m];
             let is_hidden = (-1.0..1.0).contains(&x) && (-0.5..0.5).contains(&y);
@@ -213,7 +214,7 @@ fn a_lamp_over_a_diffuse_sheet_is_met_in_closed_form() {
     assert!((1.02 * reflected - 1.0).abs() > 4.5 * error * all, "2 % more of the sheet would go unseen: ± {error}");
 }
 
-/// What leaves an open white box: the table adds up to what the chains' balance says, and to less than the lamp gives.
+/// The light that leaves an open white box: the table sums to the chains' balance, and to less than the lamp emits.
 #[test]
 fn the_flux_of_the_table_is_what_leaves_the_scene() {
     let materials = r#""white": { "type": "diffuse", "reflectance": 0.8 }"#;
@@ -237,7 +238,7 @@ fn the_flux_of_the_table_is_what_leaves_the_scene() {
     let balance = solution.flux_balance.as_ref().expect("chains were traced");
     let light = &leaving_light(&scene, &solution)[0];
     let flux = light.luminous_flux_lm;
-    // Of the balance's packets as many leave as its binomial chance lets; direct light is cut off between two rows of the table.
+    // The number of packets that leave has a binomial variance. Direct light is cut off between two rows of the table.
     let chance_lm = (balance.escaped_lm * (500.0 - balance.escaped_lm) / 200_000.0).sqrt();
     let allowed_lm = 5.0 * chance_lm.hypot(flux.standard_error) + 0.004 * 500.0;
     assert!((flux.value - balance.escaped_lm).abs() < allowed_lm, "{flux:?}, balance {}", balance.escaped_lm);
@@ -253,7 +254,7 @@ fn the_flux_of_the_table_is_what_leaves_the_scene() {
     assert!(again.maps[0].values.illuminance_lx == solution.maps[0].values.illuminance_lx);
 }
 
-/// One plane stands for the mean over all.
+/// A single plane holds the mean over all planes.
 #[test]
 fn a_single_plane_is_the_mean_over_all() {
     let path = "scenes/luminaires/wall_washer.ldt";

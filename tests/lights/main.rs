@@ -1,4 +1,4 @@
-//! What shines: luminaires, their files, skies and the sun, against closed forms and numbers worked out by hand.
+//! Light sources: luminaires, their files, skies and the sun, against closed forms and numbers calculated by hand.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -77,7 +77,7 @@ fn a_panel_given_as_a_file_is_the_panel_near_and_far() {
     );
     let solution = solved(&json, 5e-4);
     let values = &solution.maps[0].values;
-    // Largest deviation from a panel of the same flux that is so many times as long and wide.
+    // Largest deviation from a panel of the same flux whose length and width are `size` times as large.
     let worst = |size: f64| {
         let corners = [[-0.6, -0.3], [-0.6, 0.3], [0.6, 0.3], [0.6, -0.3]].map(|[x, y]| size * DVec3::new(x, y, 0.0));
         let exitance_lm_m2 = PI * 1000.0 / (0.72 * size * size);
@@ -88,14 +88,14 @@ fn a_panel_given_as_a_file_is_the_panel_near_and_far() {
         off.fold(0.0, f64::max)
     };
     assert!(worst(1.0) < 3e-3, "{}", worst(1.0));
-    // The planted fault: an opening that is a hundredth too large.
+    // The planted fault: an opening that is one hundredth too large.
     assert!(worst(1.01) > 3e-3, "{}", worst(1.01));
-    // The same as a point source is off by far more at 0.1 and by 0.4% at 10 times its size or less.
+    // The same as a point source is wrong by far more at 0.1 times its size, and by 0.4 % or less at 10 times its size.
     let as_a_point = 1000.0 / 0.12f64.powi(2);
     assert!(as_a_point / values.illuminance_lx[0] > 5.0);
 }
 
-/// Chains start on the opening, and what they find agrees with what looks find: a box around a near panel.
+/// Chains start on the opening, and their result agrees with that of light samples: a box around a near panel.
 #[test]
 fn chains_and_looks_see_the_same_opening() {
     lambertian_file("disk.ies", 300.0, [-0.8, -0.8, 0.0]);
@@ -114,14 +114,14 @@ fn chains_and_looks_see_the_same_opening() {
     };
     let solution = solve(&read(json).unwrap_or_else(|error| panic!("{error}")), &settings, &Silent);
     let check = solution.map_check.expect("the box is closed");
-    // Half of the light of the map is looked at directly, half is found by chains: together they are the flux.
+    // Half of the light of the map comes from direct light samples, half from chains. Together they are the flux.
     assert!(check.z_score.abs() < 4.5 && check.standard_error_lm < 5e-3 * check.absorbed_by_map_lm, "{check:?}");
-    // The planted fault: 2 % of the light that chains find is lost.
+    // The planted fault: 2 % of the light of the chains is lost.
     let lost_lm = 0.02 * 0.5 * check.absorbed_by_map_lm;
     assert!((check.z_score - lost_lm / check.standard_error_lm).abs() > 4.5, "{check:?}");
 }
 
-/// A mirror shows the opening: below a panel over a mirror stands its image.
+/// A mirror shows the opening: a panel above a mirror has its image below it.
 #[test]
 fn a_mirror_shows_the_opening_too() {
     lambertian_file("mirrored.ies", 500.0, [1.0, 1.0, 0.0]);
@@ -198,9 +198,9 @@ fn an_array_stands_for_its_luminaires_row_by_row() {
     assert!(Path::new(&folder()).exists());
 }
 
-/// A ring of 0.3 m to 0.5 m looks down from 2 m. On its axis E = M (sin² of the rim − sin² of the hole), from 1 cm to 2 m below; what an
-/// eye sees is M/π on the ring and nothing in its hole, nor from above. Each within 5 standard errors (α = 6e-7, seed 1) that lie below
-/// 0.4%; a rim 1% larger, the planted fault, is refused.
+/// A ring of 0.3 m to 0.5 m that faces down from 2 m. On its axis E = M (sin² of the rim − sin² of the hole), from 1 cm to 2 m below. An
+/// eye sees M/π on the ring, and nothing in its hole or from above. Each value is within 5 standard errors (α = 6e-7, seed 1), which are
+/// below 0.4 %. A rim 1 % larger, the planted fault, is refused.
 #[test]
 fn a_ring_is_its_closed_form_on_the_axis_and_evenly_bright() {
     let heights_m = [1.99, 1.9, 1.5, 1.0, 0.0];
@@ -236,8 +236,8 @@ fn a_ring_is_its_closed_form_on_the_axis_and_evenly_bright() {
     assert_eq!(seen("above")[0], 0.0);
 }
 
-/// Two rings of an array in a closed room of one reflectance: the mean over all surfaces is Φ/(S(1 − ρ)) by the packets that they emit,
-/// and 2% more, the planted fault, is refused (5 standard errors, seed 1). Rings without area are refused in words.
+/// Two rings of an array in a closed room of one reflectance. By the packets that they emit, the mean over all surfaces is Φ/(S(1 − ρ)). 2
+/// % more, the planted fault, is refused (5 standard errors, seed 1). Rings without area are refused with a message.
 #[test]
 fn packets_of_rings_carry_their_flux() {
     let json = |ring: &str| {

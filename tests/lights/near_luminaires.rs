@@ -1,11 +1,11 @@
-//! Lamps close to surfaces: walks, gathering and local estimation all know the spot that such a lamp lights.
+//! Lamps close to surfaces: walks, gathering and local estimation all account for the spot that such a lamp lights.
 
 use luxmc::scene::Scene;
 use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 
 use crate::common::{Silent, scene_of};
 
-/// A closed room of reflectance 0.5 with an isotropic lamp of 1200 lm at this height under its ceiling at 2.5 m.
+/// A closed room of reflectance 0.5 with an isotropic lamp of 1200 lm at this height. The ceiling is at 2.5 m.
 fn room(height_m: f64, more: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1, "materials": {{ "paint": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -25,9 +25,9 @@ fn run(scene: &Scene, method: Method, seed: u64, target_error: f64, maps: MapSel
     )
 }
 
-/// A lamp 0.1 mm below the ceiling lights the room as one in its plane does, whose upper half is lost, and one more that shines
-/// down by Lambert's law with ρ/2 of its flux. Means of 24 points of six seeds each are within 4 of their standard errors (α = 1e-3
-/// for all three methods); 1.5 % more, the planted fault, is beyond them. The 0.1 mm themselves change 0.01 %.
+/// A lamp 0.1 mm below the ceiling lights the room like two lamps: one in the ceiling's plane, whose upper half is lost, and one that emits
+/// downward by Lambert's law with ρ/2 of its flux. Means of 24 points with six seeds each agree within 4 of their standard errors (α = 1e-3
+/// for all three methods). 1.5 % more, the planted fault, does not. The 0.1 mm themselves change 0.01 %.
 #[test]
 fn the_spot_of_a_lamp_that_nearly_touches_a_surface_shines_as_a_lamp_of_its_own() {
     const SEEDS: u64 = 6;
@@ -55,7 +55,7 @@ fn the_spot_of_a_lamp_that_nearly_touches_a_surface_shines_as_a_lamp_of_its_own(
     }
 }
 
-/// Elements stay as given there, absorb all that the lamp emits, and the run says why.
+/// Elements next to the lamp are used as given and absorb all that the lamp emits. A note of the run states the reason.
 #[test]
 fn elements_keep_all_the_light_of_a_lamp_that_nearly_touches_them() {
     let solution = run(&room(2.4999, ""), Method::Auto, 1, 0.02, MapSelection::Elements);
@@ -66,7 +66,7 @@ fn elements_keep_all_the_light_of_a_lamp_that_nearly_touches_them() {
     assert!(solution.notes.iter().any(|note| note.contains("lamp lights from near")), "{:?}", solution.notes);
 }
 
-/// Half of what a lamp in the plane of the ceiling emits is lost in it: no map is that of 1200 lm, and no target is claimed.
+/// Half of the flux of a lamp in the plane of the ceiling is lost in it. No map then holds 1200 lm, and no target is reported as met.
 #[test]
 fn a_map_that_loses_flux_claims_no_target() {
     let solution = run(&room(2.5, ""), Method::Auto, 1, 0.03, MapSelection::Elements);
@@ -75,10 +75,10 @@ fn a_map_that_loses_flux_claims_no_target() {
     assert!(refused, "{:?}", solution.maps[0].checks);
 }
 
-/// A lamp 30 cm below the ceiling is near as well: walks take less than half of what they took when they only looked for it
-/// (560,000 to 605,000 rays to 1 % at these points then, seeds 0 to 7; the planted fault).
+/// A lamp 30 cm below the ceiling is also near. Walks take less than half of the rays that they took with light samples only (then 560,000
+/// to 605,000 rays to 1 % at these points, seeds 0 to 7; the planted fault).
 #[test]
-fn walks_that_look_back_need_fewer_rays() {
+fn walks_that_connect_to_packets_need_fewer_rays() {
     let scene = room(2.2, "");
     let rays = |seed| run(&scene, Method::Collision, seed, 0.01, MapSelection::Receivers).rays as f64;
     let mean = (0..8).map(rays).sum::<f64>() / 8.0;

@@ -1,4 +1,4 @@
-//! Candela worked out by hand for every symmetry and goniometer, fluxes integrated independently, and malformed files.
+//! Candela calculated by hand for every symmetry and goniometer, fluxes integrated independently, and malformed files.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ fn assert_candela(file: &PhotometricFile, expected: &[(f64, f64, f64)]) {
     }
 }
 
-/// Independent of the closed form: midpoints in (C, cos γ), every point looked up by its direction.
+/// Independent of the closed form: midpoints in (C, cos γ), each looked up by its direction.
 fn flux_by_quadrature_lm(web: &IntensityWeb, planes: usize, rings: usize) -> f64 {
     let frame = [DVec3::X, DVec3::Y, DVec3::Z];
     let solid_angle_sr = 4.0 * std::f64::consts::PI / (planes * rings) as f64;
@@ -44,7 +44,7 @@ fn flux_by_quadrature_lm(web: &IntensityWeb, planes: usize, rings: usize) -> f64
 
 #[test]
 fn quadrant_file_of_2002_ignores_the_third_factor() {
-    // 1.8 = multiplier 2 × ballast 0.9; the 0.5 behind it is "future use".
+    // 1.8 = multiplier 2 × ballast 0.9. The 0.5 after it is "future use".
     let file = read("quadrant_2002.ies");
     assert_candela(
         &file,
@@ -83,7 +83,7 @@ fn half_file_of_1995_mirrors_at_c0_and_measures_in_feet() {
 
 #[test]
 fn ninety_file_of_1991_mirrors_at_c90_and_takes_the_ballast_lamp_factor() {
-    // 0.4 = ballast 0.8 × ballast-lamp 0.5. C0 is C180's image, C300 that of C240, a third from C270 to C180.
+    // 0.4 = ballast 0.8 × ballast-lamp 0.5. C0 is the mirror image of C180. C300 is that of C240, a third of the way from C270 to C180.
     let file = read("ninety_1991.ies");
     let expected =
         [(90.0, 45.0, 20.0), (0.0, 45.0, 16.0), (180.0, 45.0, 16.0), (45.0, 45.0, 18.0), (300.0, 45.0, 40.0 / 3.0)];
@@ -96,7 +96,7 @@ fn ninety_file_of_1991_mirrors_at_c90_and_takes_the_ballast_lamp_factor() {
 fn full_file_of_2019_keeps_its_generation_type_out_of_the_candela() {
     let file = read("full_2019.ies");
     assert_candela(&file, &[(0.0, 90.0, 10.0), (90.0, 90.0, 20.0), (135.0, 90.0, 25.0), (315.0, 90.0, 25.0)]);
-    // C 400° is C 40°: 10 + 10 · 40/90 at γ = 90°, halfway to the 7 at 180°.
+    // C 400° is C 40°: 10 + 10 · 40/90 at γ = 90°, half way to the 7 at 180°.
     assert_candela(&file, &[(400.0, 135.0, 0.5 * (10.0 + 400.0 / 90.0 + 7.0))]);
     assert_eq!(file.file_generation_type, Some(1.0001));
     assert!(file.absolute && file.declared_flux_lm.is_none() && file.light_output_ratio.is_none());
@@ -131,8 +131,8 @@ fn type_a_looks_towards_c0_and_turns_clockwise() {
 
 #[test]
 fn type_b_turns_about_the_horizontal_axis() {
-    // Rows are horizontal 0 and 45 (mirrored), values vertical −45, 0, 45: vertical tilts the axis towards C0,
-    // horizontal 45° towards C270 (clockwise). The corner (45, 45) lies at x = z = 1/2, y = −√½.
+    // Rows are horizontal 0 and 45 (mirrored), values vertical −45, 0, 45. Vertical angles tilt the axis towards C0, the horizontal 45°
+    // towards C270 (clockwise). The corner (45, 45) lies at x = z = 1/2, y = −√½.
     let file = read("type_b_half.ies");
     let corner = (360.0 - 2.0_f64.sqrt().atan().to_degrees(), 60.0, 6.0);
     assert_candela(
@@ -149,17 +149,17 @@ fn type_b_turns_about_the_horizontal_axis() {
 
 #[test]
 fn tilt_factors_are_stepped_over_and_the_untilted_one_applies() {
-    // Thirteen pairs over four lines; the factor at 0° is 0.98, and the file is of 1991 with both factors 1.
+    // Thirteen pairs over four lines. The factor at 0° is 0.98, and the file is of 1991 with both factors 1.
     let file = read("tilt_include.ies");
     assert_candela(&file, &[(0.0, 0.0, 98.0), (0.0, 45.0, 49.0)]);
     assert!(file.warnings.iter().any(|warning| warning.contains("tilt")));
-    // −10°: 1, 10°: 0.9, so 0.95 at 0°.
+    // −10°: 1, 10°: 0.9, therefore 0.95 at 0°.
     assert_candela(&read("tilt_file.ies"), &[(0.0, 0.0, 95.0)]);
 }
 
 #[test]
 fn eulumdat_symmetries() {
-    // Values are cd/klm: with 2000 lm each counts twice.
+    // Values are cd/klm. With 2000 lm each counts twice.
     assert_candela(
         &read("isym0.ldt"),
         &[(0.0, 45.0, 20.0), (90.0, 45.0, 40.0), (270.0, 45.0, 80.0), (315.0, 45.0, 50.0)],
@@ -198,7 +198,7 @@ fn fluxes_agree_with_dense_quadrature() {
     ] {
         let web = read(name).web;
         let (exact, dense) = (web.luminous_flux_lm(), flux_by_quadrature_lm(&web, 1440, 1440));
-        // Type A's table ends in steps, at which midpoints are off by up to half a cell of 1440.
+        // The table of type A ends in steps. There, midpoints are off by up to half a cell of 1440.
         let tolerance = if name == "type_a.ies" { 1e-3 } else { 1e-4 };
         assert!((exact / dense - 1.0).abs() < tolerance, "{name}: {exact} lm, quadrature {dense} lm");
     }
@@ -267,7 +267,7 @@ fn bytes_of_any_machine_read_the_same() {
     assert_eq!(parse_ies(&latin, None).unwrap().manufacturer, "Müller\nconformity");
 }
 
-/// The message of a text that must be refused.
+/// The message for a text that must be refused.
 fn refused(bytes: &[u8], ies: bool) -> String {
     let read = if ies { parse_ies(bytes, None) } else { parse_eulumdat(bytes) };
     read.map(|_| ()).unwrap_err().to_string()
@@ -329,7 +329,7 @@ fn refusals_name_line_token_expectation_and_remedy() {
 #[test]
 fn beam_angles_of_known_distributions() {
     let downlight = read_photometric_file(&root().join("scenes/luminaires/downlight.ldt")).unwrap().web;
-    // cos⁴γ = 1/2 and 1/10; the table's chords cost some hundredths of a degree.
+    // cos⁴γ = 1/2 and 1/10. The table's chords cause an error of some hundredths of a degree.
     let full = |share: f64| 2.0 * share.powf(0.25).acos().to_degrees();
     assert!((downlight.beam_angle_deg(0.0) - full(0.5)).abs() < 0.02, "{}", downlight.beam_angle_deg(0.0));
     assert!((downlight.field_angle_deg(33.0) - full(0.1)).abs() < 0.02, "{}", downlight.field_angle_deg(33.0));
@@ -367,7 +367,7 @@ fn conformity_files() -> Vec<Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever is cut, put in or changed: an error or a usable distribution, never a panic.
+    /// A file with bytes cut, inserted or changed gives an error or a usable distribution, never a panic.
     #[test]
     fn mutations_never_panic(
         which in 0..17_usize,

@@ -1,6 +1,6 @@
-//! Looks among shelves: cells tell which luminaires are in sight, and whatever they tell no mean changes.
+//! Light samples among shelves: cells hold which luminaires are visible. No content of the cells changes a mean.
 //!
-//! Seeds are fixed; every statistical test has a fault of 3% that it must refuse.
+//! Seeds are fixed. Every statistical test has a fault of 3 % that it must refuse.
 
 use glam::DVec3;
 use luxmc::chain::Stage;
@@ -12,11 +12,11 @@ use luxmc::scene::{Scene, Side};
 
 use crate::common::scene_of;
 
-/// Rays of a run that is worth a look at every cell.
+/// Rays of a run for which tables in every cell are worth their cost.
 const MANY_RAYS: f64 = 1e7;
 
-/// A hall of 12 m x 9 m x 3 m with shelves from floor to 2.6 m, and 24 lamps of which a place sees those of its own aisle and few
-/// others: balls, points and one much stronger than the rest.
+/// A hall of 12 m × 9 m × 3 m with shelves from the floor to 2.6 m and 24 lamps: balls, points and one much stronger than the rest. A point
+/// sees those of its own aisle and few others.
 fn shelves() -> Scene {
     let mut geometry = vec![
         r#"{ "name": "hall", "type": "box", "min": [0,0,0], "max": [12,9,3], "facing": "inward", "material": "paint" }"#.to_owned(),
@@ -48,7 +48,7 @@ fn shelves() -> Scene {
     ))
 }
 
-/// Middles of triangles and places beside them, on the floor, the walls and the shelves.
+/// Centres of triangles and points beside them, on the floor, the walls and the shelves.
 fn places(scene: &Scene, stage: &Stage) -> Vec<(u32, [f64; 2])> {
     let receives = |triangle: &u32| stage.receives(*triangle, Side::Front);
     let triangles = (0..scene.triangles.len() as u32).filter(receives).step_by(3);
@@ -61,7 +61,7 @@ struct Looks {
     variance: f64,
 }
 
-/// Direct light at a place by looks as walks take them.
+/// Direct light at a point by light samples as walks take them.
 fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, count: u64) -> Looks {
     let origin = stage.tracer.surface_origin(triangle, barycentric, Side::Front);
     let normal = stage.normal(triangle, Side::Front);
@@ -82,9 +82,8 @@ fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, 
     Looks { mean_lx, error_lx: (variance / count as f64).sqrt(), variance }
 }
 
-/// 40,000 looks with cells and 40,000 without agree at every place within 5 standard errors of their difference (α = 6e-7
-/// each); the mean over all places, which is known to a percent, refuses 3% more. With cells the relative variance is less than
-/// half on average.
+/// 40,000 light samples with cells and 40,000 without agree at every point within 5 standard errors of their difference (α = 6e-7 each).
+/// The mean over all points, which is known to 1 %, refuses 3 % more. With cells the relative variance is less than half on average.
 #[test]
 fn cells_change_no_mean_and_take_variance_away() {
     const N: u64 = 40_000;
@@ -112,7 +111,7 @@ fn cells_change_no_mean_and_take_variance_away() {
     assert!(2.0 * variances[1] < variances[0], "{variances:?}");
 }
 
-/// Every emitter keeps a probability, they sum to one, and choices follow them.
+/// Every emitter keeps a probability, the probabilities sum to one, and choices follow them.
 #[test]
 fn choices_in_cells_have_the_probabilities_reported() {
     const N: u32 = 50_000;
@@ -145,7 +144,7 @@ fn choices_in_cells_have_the_probabilities_reported() {
     assert!(strong > 0, "no emitter stands out anywhere");
 }
 
-/// A run that needs few rays, and a scene in which all is in sight, do not pay for looking out.
+/// A run of few rays, and a scene in which everything is visible, do not build the cells.
 #[test]
 fn nothing_is_looked_out_for_where_it_does_not_pay() {
     let few = Stage::new(&shelves());

@@ -1,4 +1,4 @@
-//! The sun: direct light by hand, sharp and soft shadows, and what is reflected, by every method.
+//! The sun: direct light calculated by hand, sharp and soft shadows, and reflected light, by every method.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::common;
 
-/// Illuminance of a plane across the rays in lx.
+/// Illuminance of a plane perpendicular to the rays in lx.
 const NORMAL_LX: f64 = 80_000.0;
 /// Half the angle of the disk in radians.
 const HALF_ANGLE: f64 = 0.265 * PI / 180.0;
@@ -81,12 +81,12 @@ fn surface_lm(value: &Value, solution: &Solution, name: &str) -> f64 {
     own.map(|(element, lx)| lx * elements.area_m2(&scene, element)).sum()
 }
 
-/// An open plane receives by the cosine law, flat and upright, at every height of the sun; on the horizon an upright one has half of the
-/// disk; at night all is dark. By looks, and on the pit's floor by counted packets.
+/// An open plane receives light by the cosine law, horizontal and vertical, at every height of the sun. With the sun on the horizon a
+/// vertical plane gets half of the disk. At night everything is dark. By light samples, and on the pit's floor by counted packets.
 #[test]
 fn open_planes_receive_by_the_cosine_law() {
     let floor = || vec![rectangle("pit", [0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], "black")];
-    // Upright ones look to −y, where the sun stands.
+    // Vertical ones face −y, where the sun stands.
     let grids = json!([
         at("flat", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
         at("upright", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
@@ -126,12 +126,12 @@ fn open_planes_receive_by_the_cosine_law() {
     }
 }
 
-/// Through a free rooflight 3 m above a floor: E sin γ in the light, nothing in the shade, and in between the part of the disk that is
-/// seen, by the segment of a circle; the planted fault takes the disk to be a tenth wider. Panes pass by Fresnel's formulas.
+/// Through a free rooflight 3 m above a floor: E sin γ in the light and nothing in the shade. In between it is the visible part of the
+/// disk, by the segment of a circle. In the planted fault the disk is a tenth wider. Panes transmit by Fresnel's formulas.
 #[test]
 fn a_rooflight_throws_a_spot_with_soft_edges() {
     let radius_m = 3.0 * HALF_ANGLE.tan();
-    // Part of a disk on one side of a line at h radii from its middle.
+    // Part of a disk on one side of a line at h radii from its centre.
     let part = |h: f64| 1.0 - (h.acos() - h * (1.0 - h * h).sqrt()) / PI;
     let point = |name: &str, x: f64| json!({ "name": name, "type": "points", "points": [[x, 2.0, 0.0, 0, 0, 1]] });
     let receivers = json!([
@@ -157,7 +157,7 @@ fn a_rooflight_throws_a_spot_with_soft_edges() {
         let wider = part(0.5 / 1.1);
         assert!((mean_lx(&solution, "half in") / NORMAL_LX - wider).abs() > 0.01, "the planted fault passed");
     }
-    // 60° high: the spot of the rooflight's middle lies along the ray.
+    // 60° high: the centre of the rooflight's spot lies along the ray.
     let mut glazed = room("black", "black");
     glazed.push(rectangle("rooflight", [1.5, 1.5, 3.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], "pane"));
     let height_m = 1.0;
@@ -179,8 +179,8 @@ fn a_rooflight_throws_a_spot_with_soft_edges() {
     assert!((lx / exact - 1.0).abs() < 0.005, "{lx}, {exact}");
 }
 
-/// The spot on a floor that reflects lights a black room as a luminous square of the same exitance does, by Lambert's formula for
-/// polygons; by every method. 12% more, the planted fault, is not met. The counted floor receives what comes through the opening.
+/// The spot on a reflecting floor lights a black room like a luminous square of the same exitance, by Lambert's formula for polygons; by
+/// every method. With 12 % more, the planted fault, it does not. The counted floor receives the light that comes through the opening.
 #[test]
 fn what_the_spot_reflects_is_that_of_a_luminous_square() {
     let place = [2.0, 1.0, 2.9];
@@ -198,8 +198,8 @@ fn what_the_spot_reflects_is_that_of_a_luminous_square() {
     }
 }
 
-/// In a room that reflects, the sun's spot and a panel of the spot's exitance light all other places alike: light of the sun meets all
-/// that a luminaire's does, within 5%, and 12% more, the planted fault, is not met. Sky and sun together bring what each brings alone.
+/// In a reflecting room, the sun's spot and a panel with the spot's exitance light all other points equally within 5 %. With 12 % more, the
+/// planted fault, they do not. Sky and sun together give the sum of the sky alone and the sun alone.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn interreflections_are_those_of_a_panel_in_place_of_the_spot() {
@@ -233,8 +233,8 @@ fn interreflections_are_those_of_a_panel_in_place_of_the_spot() {
     }
 }
 
-/// The image of the sun in a mirror on the ground lights what looks down, by the looks of walks, which never meet the sun, and on a sheet by
-/// counted packets; a mirror that reflects a twentieth more, the planted fault, is found out.
+/// The image of the sun in a mirror on the ground lights points that face down, by the light samples of walks, which never meet the sun. It
+/// lights a sheet by counted packets. A mirror that reflects a twentieth more, the planted fault, is detected.
 #[test]
 fn the_sun_is_found_in_mirrors() {
     let geometry = vec![
@@ -252,8 +252,8 @@ fn the_sun_is_found_in_mirrors() {
     }
 }
 
-/// Refused, each with what is to be done: two suns, a position told twice or by halves, times without a zone, glare, a sun below the
-/// horizon by what it gives a horizontal plane. At night there is a warning.
+/// Each refusal states what is to be done: two suns, a position given twice or by halves, times without a zone, glare, a sun below the
+/// horizon given by its horizontal illuminance. At night there is a warning.
 #[test]
 fn what_a_sun_cannot_be_is_refused() {
     let refusal = |luminaires: Vec<Value>, receivers: Value| {

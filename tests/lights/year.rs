@@ -1,4 +1,5 @@
-//! A year of daylight: its hours against runs with the same sky and sun, against closed forms, and its errors against scatter.
+//! A year of daylight: its hours against runs with the same sky and sun and against closed forms, and its errors against the scatter of
+//! seeds.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -23,7 +24,7 @@ fn rectangle(name: &str, origin: [f64; 3], u: [f64; 3], v: [f64; 3], material: &
     json!({ "name": name, "type": "rectangle", "origin": origin, "u": u, "v": v, "material": material, "max_element_edge": 2 })
 }
 
-/// A room of 4 m × 4 m × 3 m with a window of 3 m × 1.5 m to the south, glazed or free.
+/// A room of 4 m × 4 m × 3 m with a window of 3 m × 1.5 m to the south, with or without glazing.
 fn room(material: &str, is_glazed: bool) -> Vec<Value> {
     let wall = |name: &str, origin, u, v| rectangle(name, origin, u, v, material);
     let mut parts = vec![
@@ -59,7 +60,7 @@ fn scene(geometry: Vec<Value>, luminaires: Vec<Value>, receivers: Value) -> Scen
     common::scene_of(&value.to_string())
 }
 
-/// A sky whose light the weather brings.
+/// A sky whose light is given by the weather data.
 fn sky() -> Value {
     json!({ "name": "sky", "type": "sky", "luminance_distribution": "overcast", "horizontal_illuminance_lx": 1000, "ground_reflectance": 0.2 })
 }
@@ -79,7 +80,7 @@ fn settings(subdivision: u32, seed: u64, target_error: f64) -> YearSettings {
     YearSettings { subdivision, occupied_hours: [0.0, 24.0], target_error, seed, blinds: None }
 }
 
-/// The year, and of each point each hour's illuminance.
+/// The solution of the year, and every hour's illuminance for each point.
 fn year(scene: &Scene, weather: &Weather, settings: &YearSettings) -> (YearSolution, Vec<Vec<Estimate>>) {
     let mut points = Vec::new();
     let solution = solve_year(scene.clone(), weather, settings, |_: &YearSky, hours| {
@@ -90,7 +91,7 @@ fn year(scene: &Scene, weather: &Weather, settings: &YearSettings) -> (YearSolut
     (solution.expect("a year"), points)
 }
 
-/// By how many of their common errors points differ at most, and by what share of their mean they do together.
+/// Largest difference of the points in combined standard errors, and the relative difference of their means.
 fn differences(points: &[Estimate], others: &[Estimate]) -> (f64, f64) {
     let worst = points
         .iter()
@@ -100,10 +101,12 @@ fn differences(points: &[Estimate], others: &[Estimate]) -> (f64, f64) {
     (worst.fold(0.0, f64::max), sum(points) / sum(others) - 1.0)
 }
 
-/// Two roads to one hour: daylight coefficients times Perez's patches and the sun's own, and `solve` with that sky and sun as luminaires, whose walks,
-/// cells and openings share nothing with the first but rays and laws. A clear noon in March through a pane, and a dull one without sun through an
-/// opening. Seed 3, errors of 1% and of 0.7%: twelve points within 6 common errors (α some 1e-4 for all with 15 degrees of freedom), their mean within 1.5%,
-/// of which the patches may have 1%. The sun 5% stronger, the planted fault, is found out by the mean.
+/// One hour by two methods. The first is daylight coefficients times Perez's patches and the sun. The second is `solve` with that sky and
+/// sun as luminaires. Its walks, cells and openings share nothing with the first but rays and BSDFs. The hours are a clear noon in March
+/// through a pane, and an overcast one without sun through an opening.
+///
+/// Seed 3, errors of 1 % and 0.7 %: twelve points agree within 6 combined errors (α some 1e-4 for all with 15 degrees of freedom), and
+/// their means within 1.5 %, of which the patches may use 1 %. A sun 5 % stronger, the planted fault, is detected by the mean.
 #[test]
 fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
     for (is_glazed, direct_lx, month) in [(true, DIRECT_LX, 3), (false, 0.0, 11)] {
@@ -143,8 +146,8 @@ fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
     }
 }
 
-/// In the open field an horizontal point receives what the weather says, sky and sun, whatever the sky's pattern; one that faces south the sun by its cosine
-/// and half of the ground. At night nothing is told. Seed 1: within 7 errors (α some 1e-5) and 1%; 3% more, the planted fault, is neither.
+/// In the open field a horizontal point receives the weather's illuminance of sky and sun, for any pattern of the sky. Hours of night are
+/// left out. Seed 1: within 7 errors (α some 1e-5) and 1 %. With 3 % more, the planted fault, neither holds.
 #[test]
 fn the_open_field_receives_the_weather() {
     let hours = [(6, 21, 12.5, [DIRECT_LX, DIFFUSE_LX]), (6, 21, 6.5, [20_000.0, 6_000.0]), (1, 10, 0.5, [0.0, 0.0])];
@@ -168,9 +171,9 @@ fn the_open_field_receives_the_weather() {
     assert!((noon[1] - DIRECT_LX * height).abs() < 1e-6 * noon[1] && (0.85..0.9).contains(&height), "{height}");
 }
 
-/// Light of a sky whose sun stands below the horizon is the overcast sky's: its hours over the outside are the daylight factors of that sky. The
-/// room looks at a wall, so that most of its light has met that first. Seeds 5 and 6, errors of 0.7%: within 6 common errors and 1%; daylight factors 3%
-/// larger, the planted fault, are not.
+/// The light of a sky whose sun is below the horizon is that of the overcast sky: its hours divided by the outdoor illuminance are the
+/// daylight factors. The room faces a wall, so that most of its light was reflected there first. Seeds 5 and 6, errors of 0.7 %: within 6
+/// combined errors and 1 %. With daylight factors 3 % larger, the planted fault, the mean is not.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn overcast_hours_are_daylight_factors() {
@@ -191,7 +194,8 @@ fn overcast_hours_are_daylight_factors() {
     let (worst, mean) = differences(&found, &factors(1.0));
     assert!(worst < 6.0 && mean.abs() < 0.01, "{worst:.2} errors, mean {mean:.4}");
     assert!(differences(&found, &factors(1.03)).1.abs() > 0.01, "the planted fault passed");
-    // The three components, whose walks weigh the sky without patches, and the sky component alone, which is the run's direct part.
+    // The sum of the three components, whose walks weight the sky without patches; and the sky component alone, which is the run's direct
+    // part.
     let components = |year: &YearSolution, index: usize| {
         let measures = year.sets[0].points[index].measures;
         [YearMeasure::SkyComponent, YearMeasure::FromOutside, YearMeasure::FromInside].map(|one| measures[one as usize])
@@ -209,7 +213,7 @@ fn overcast_hours_are_daylight_factors() {
         "{sums:?}, {direct:?}"
     );
     assert!((sums[0] / direct[1] - 1.0).abs() > 0.01, "the planted fault passed");
-    // The run's own split, whose walks go under its sky: each part of the mean within 3%, and 8% more is not.
+    // The run's own components, from walks under its sky: the mean of each agrees within 3 %. With 8 % more it does not.
     let split = |way: usize, times: f64| {
         let of_run: f64 = values.sky_components_lx.iter().map(|parts| times * percent(parts[way].value)).sum();
         let of_year: f64 = (0..points.len()).map(|index| components(&solution, index)[way].value).sum();
@@ -222,7 +226,7 @@ fn overcast_hours_are_daylight_factors() {
         assert!((parts.iter().map(|part| part.value).sum::<f64>() / lx - 1.0).abs() < 1e-9);
         assert!(parts.iter().all(|part| part.standard_error < 0.1 * lx));
     }
-    // Where walls are black nothing is reflected inside.
+    // With black walls nothing is reflected inside.
     let mut parts = room("black", false);
     parts.push(rectangle("outside", [-1.0, -1.5, 0.0], [0.0, 0.0, 4.0], [6.0, 0.0, 0.0], "paint"));
     let black = year(&scene_of_parts(parts), &given, &settings(1, 5, 0.02)).0;
@@ -236,7 +240,7 @@ fn scene_of_parts(parts: Vec<Value>) -> Scene {
     scene(parts, vec![sky()], work_plane())
 }
 
-/// Behind a black shutter it is dark all year, and polar day and night come to what they are: no sun, and a sun at midnight.
+/// Behind a black shutter it is dark all year. Polar day and polar night are right: a sun at midnight, and no sun.
 #[test]
 fn shutters_and_poles() {
     let mut parts = room("paint", false);
@@ -252,8 +256,8 @@ fn shutters_and_poles() {
     assert!(noon.towards_sun.z < 0.0 && noon.sun_lx == 0.0);
 }
 
-/// In the open field again, with the sun in the zenith of a tropic and hardly above the horizon, and on a polar day at midnight and noon: what the weather says,
-/// within 7 errors and 1%; 3% more is not.
+/// Again in the open field: with the sun in the zenith of a tropic, just above the horizon, and on a polar day at midnight and noon. The
+/// illuminance is that of the weather within 7 errors and 1 %; 3 % more, the planted fault, is not within 1 %.
 #[test]
 fn the_sun_in_the_zenith_on_the_horizon_and_at_midnight() {
     let hours = [(6, 21, 12.03, [90_000.0, 12_000.0]), (6, 21, 5.35, [3000.0, 900.0])];
@@ -265,7 +269,7 @@ fn the_sun_in_the_zenith_on_the_horizon_and_at_midnight() {
     }
 }
 
-/// The hours of a site in the open field, with the sun so high.
+/// Checks the hours of a site in the open field, with these ranges for the height of the sun.
 fn open_field(site: &Weather, expected_deg: [std::ops::Range<f64>; 2]) {
     let pit = vec![rectangle("pit", [0.0, 0.0, -9.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "black")];
     let receivers = json!([grid("up", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2, 2)]);
@@ -280,8 +284,8 @@ fn open_field(site: &Weather, expected_deg: [std::ops::Range<f64>; 2]) {
     }
 }
 
-/// Points that see no sky, since a board stands between them and the window, have the light of the run under the same sky, and no sky component. Seeds 5 and 6,
-/// errors of 1%: the mean within 1.5%; 4% more, the planted fault, is not.
+/// A board between points and window hides the sky. The points get the light of the run under the same sky and no sky component. Seeds 5
+/// and 6, errors of 1 %: the means agree within 1.5 %. With 4 % more, the planted fault, they do not.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn light_that_comes_by_a_bounce_alone_is_met() {
@@ -303,8 +307,8 @@ fn light_that_comes_by_a_bounce_alone_is_met() {
     assert!(parts.iter().all(|[sky, _, inside]| sky.value == 0.0 && inside.value > 0.0));
 }
 
-/// Points that look down on a floor in the open see the sky by one bounce alone: ρ E_h times Lambert's factor of the floor. Seed 1, an error of 0.5%: the mean
-/// within 1%, 3% more, the planted fault, is not.
+/// Points that face down on a floor outdoors get the sky only by one reflection: ρ E_h times Lambert's factor of the floor. Seed 1, an
+/// error of 0.5 %: the mean agrees within 1 %. With 3 % more, the planted fault, it does not.
 #[test]
 fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
     let floor = vec![rectangle("floor", [-5.0, -5.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], "paint")];
@@ -322,9 +326,10 @@ fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
     assert_eq!(solution.sets[0].averages[YearMeasure::SkyComponent as usize].value, 0.0);
 }
 
-/// A board hides all of the sun's disk but a segment of a third of its radius, from points so near each other that all have the same. More looks bring its
-/// error down to 5% (sixteen leave 39%): seed 1, all 32 points meet a target of 8%, lie within 7 of their errors, scatter by these within a third, and their
-/// mean is that of the segment within 3%. A third more, the planted fault, is not.
+/// A board hides the sun's disk except a segment that begins at a third of its radius. The points are so close together that all see the
+/// same. More light samples reduce its error to 5 % (sixteen leave 39 %). Seed 1: all 32 points meet a target of 8 %, are within 7 of their
+/// errors and scatter by these within a third. Their mean is that of the segment within 3 %. With a third more, the planted fault, it is
+/// not.
 #[test]
 fn suns_that_are_half_hidden_are_looked_for_until_their_error_is_met() {
     const FAR_M: f64 = 20.0;
@@ -333,7 +338,7 @@ fn suns_that_are_half_hidden_are_looked_for_until_their_error_is_met() {
     let towards = YearSky::of(&given, 1, 0.0, 1.0, |_| true).hours[0].towards_sun;
     let across = towards.cross(glam::DVec3::Z).normalize();
     let up = across.cross(towards);
-    // Its edge stands so far from the middle, its other edges beyond the disk.
+    // Its edge is at this distance from the centre. Its other edges are beyond the disk.
     let radius_m = FAR_M * 0.265f64.to_radians().tan();
     let corner = FAR_M * towards + SHOWN_FROM * radius_m * across - 0.5 * up - across;
     let mut board = rectangle("board", corner.to_array(), across.to_array(), up.to_array(), "black");
@@ -354,13 +359,14 @@ fn suns_that_are_half_hidden_are_looked_for_until_their_error_is_met() {
     assert!(off(exact_lx) < 0.03 && off(4.0 / 3.0 * exact_lx) > 0.03, "{mean_lx}, {exact_lx}");
 }
 
-/// What suns of many days have together is what each has alone: nine hours of sixty-one days, whose reflected suns come from nodes among them, against the hours
-/// of single days, which are nodes themselves. Seed 2, errors of 1.5%: hours within 2% in the root mean square over the plane's means, 1% in the mean. Hours
-/// taken for the next day's but ten, the planted fault, are off by more.
+/// Suns of many days in one run give the same as each day alone. Nine hours of sixty-one days, whose reflected sun comes from nodes among
+/// them, are compared with the hours of single days, which are nodes themselves. Seed 2, errors of 1.5 %: the ratios are within 2 % in the
+/// root mean square over the plane's means, and within 1 % in the mean. Hours taken from ten days later, the planted fault, are off by
+/// more.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn nodes_of_the_suns_way_stand_for_its_hours() {
-    // Points that look to the back wall: the sun never shines on them straight.
+    // Points that face the back wall: the sun never shines on them directly.
     let receivers = json!([grid("back", [0.5, 2.0, 0.5], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0], 3, 4)]);
     let scene = scene(room("paint", false), vec![sky()], receivers);
     let hours = |from: u32, days: u32| {
@@ -388,10 +394,10 @@ fn nodes_of_the_suns_way_stand_for_its_hours() {
     assert!(off(10)[0] > 0.02, "the planted fault passed: {:?}", off(10));
 }
 
-/// Where the sun is low and a building stands before the window, errors of hours hold too: sixty winter days in a sky of 1000 lx to 3%, of which four days'
-/// hours are held against years of these days alone, whose suns are nodes themselves, by other seeds and to 1.5%. Seed 7, 12 points and 4 × 7 hours, which
-/// share their walks: of the differences 86% or more lie within 2.13 common errors, where 95% should, and they scatter by 0.7 to 1.4 of these. Errors half
-/// as large, the planted fault, hold neither.
+/// Errors of hours also hold with a low sun and a building in front of the window. Fifty-nine winter days under a sky of 1000 lx are
+/// computed to 3 %. Four of the days are compared with years of these days alone, whose suns are nodes themselves, with other seeds and to
+/// 1.5 %. Seed 7, 12 points and 4 × 7 hours, which share their walks: at least 86 % of the differences are within 2.13 combined errors,
+/// where 95 % should be, and they scatter by 0.7 to 1.4 of these. With errors half as large, the planted fault, neither holds.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn errors_of_hours_hold_where_the_sun_is_low() {
@@ -424,7 +430,7 @@ fn errors_of_hours_hold_where_the_sun_is_low() {
     assert_eq!(holds(told(2.0)), (false, false), "the planted fault passed: {:?}", told(2.0));
 }
 
-/// A mirror is told of, since suns that it throws are left out; patches are off the sky by what they are: more where they are large.
+/// A warning names a mirror, because suns reflected by it are left out. The error of the patches is larger for large patches.
 #[test]
 fn what_is_left_out_is_reported() {
     let mut parts = room("paint", false);
@@ -452,9 +458,9 @@ fn a_day() -> Weather {
     weather(&hours)
 }
 
-/// What is stated is what different seeds scatter by: 48 seeds, one point, 64 walks a replica; the variance of illuminance over the stated
-/// one lies within 0.56 and 1.6 for each of thirteen hours in the mean (α some 1e-3 by χ² of 47 degrees of freedom for one hour; hours hang together).
-/// Errors half as large, the planted fault, do not.
+/// Stated errors agree with the scatter of the seeds: 48 seeds, one point, 64 walks per replica. The ratio of the scatter's variance to the
+/// stated variance, averaged over thirteen hours, is between 0.56 and 1.6 (α some 1e-3 by χ² with 47 degrees of freedom for one hour; hours
+/// are correlated). With errors half as large, the planted fault, it is not.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn stated_errors_are_what_seeds_scatter_by() {
@@ -476,7 +482,7 @@ fn stated_errors_are_what_seeds_scatter_by() {
     assert!(!(0.56..1.6).contains(&(4.0 * ratio)), "the planted fault passed");
 }
 
-/// Whatever the number of threads, the same numbers; closed blinds let pass a share and no sun of their own; hours with the sun on the plane close
+/// The numbers are the same for any number of threads. Closed blinds transmit a share and no direct sun. Hours with sun on the plane close
 /// them, others do not.
 #[test]
 fn blinds_close_by_the_sun_and_threads_change_nothing() {
@@ -493,7 +499,7 @@ fn blinds_close_by_the_sun_and_threads_change_nothing() {
     let closed = &shut.sets[0].closed;
     assert!(closed.iter().any(|closed| *closed) && closed.iter().any(|closed| !closed), "{closed:?}");
     for (hour, is_closed) in closed.iter().enumerate() {
-        // The sun reaches the plane through a window to the south when it stands to the south and high enough not to pass above all points.
+        // The sun reaches the plane through a south window only when it is in the south and above the horizon.
         let towards = shut.sky.hours[hour].towards_sun;
         assert!(!is_closed || towards.y < 0.0 && towards.z > 0.0);
         for (one, other) in open_hours.iter().zip(&shut_hours) {
@@ -507,7 +513,7 @@ fn blinds_close_by_the_sun_and_threads_change_nothing() {
     );
 }
 
-/// A scene without a sky has no year, in words.
+/// A scene without a sky has no year and is refused with a message.
 #[test]
 fn scenes_without_a_sky_are_refused() {
     let lamp = json!({ "name": "lamp", "type": "point", "position": [2, 2, 2], "intensity_cd": 100 });
@@ -517,7 +523,7 @@ fn scenes_without_a_sky_are_refused() {
     assert!(told.contains("no sky") && told.contains("remedy"), "{told}");
 }
 
-/// The sample weather is what its generator says: a year of hours, EPW and CSV alike.
+/// The sample weather is what its generator writes: a year of hours.
 #[test]
 fn the_sample_weather_is_a_year() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/weather/synthetic-52N.csv");
@@ -527,7 +533,7 @@ fn the_sample_weather_is_a_year() {
     assert!(scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sky { .. })));
     let sky = YearSky::of(&weather, 1, 0.2, 1.0, |hour| (8.0..18.0).contains(&hour));
     assert_eq!((sky.occupied, sky.all), (3650, 8760));
-    // Patches bring an open plane what the weather says, ground apart.
+    // The patches give an open plane the illuminance of the weather, without the ground.
     for hour in (0..sky.hours.len()).step_by(97) {
         let luminances = sky.luminances_cd_m2(hour);
         let up: f64 = (0..sky.patches.count()).map(|patch| luminances[patch] * sky.patches.horizontal_sr(patch)).sum();
@@ -538,9 +544,10 @@ fn the_sample_weather_is_a_year() {
     }
 }
 
-/// On 21 March at 52° N, 13° E a point that faces east sees the sun until it crosses the meridian, which by the equation of time of that day (−7.3 min) is at 12:15.3
-/// of its standard time; one that faces south with an endless wall to its east from then on (the wall leaves 0.06° free); behind a pane as without; and behind a
-/// board not at all. Within 1.5 min; 1° of longitude beside it, the planted fault, is 4 min off. In a year's polar night there is none.
+/// On 21 March at 52° N, 13° E a point that faces east sees the sun until it crosses the meridian. By the equation of time of that day
+/// (−7.3 min) this is at 12:15.3 of its standard time. A point that faces south, with an endless wall to its east, sees the sun from then
+/// on (the wall leaves 0.06° free). A pane changes nothing, and behind a board there is hardly any sun. The times are within 1.5 min; a
+/// longitude that is 1° off, the planted fault, is 4 min off. In polar night there is no sunlight.
 #[test]
 fn sunlight_begins_and_ends_where_walls_let_it() {
     const NOON: f64 = 12.0 + 15.3 / 60.0;

@@ -1,4 +1,4 @@
-//! The view in space in a browser, where there is one: it draws, and what it reads at a point is what the tables say. Nothing is fetched.
+//! The 3D view in a browser, if one is installed: it draws, and its values at a point are those of the tables. Nothing is loaded.
 
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -17,7 +17,7 @@ const SCENE: &str = r#"{ "version": 1, "title": "a room",
   "luminaires": [ { "name": "lamp", "type": "point", "position": [1, 1, 2], "intensity_cd": 100 } ],
   "receivers": [ { "name": "plane", "type": "grid", "origin": [1, 0.5, 0.8], "u": [2, 0, 0], "v": [0, 2, 0], "columns": 3, "rows": 3 } ] }"#;
 
-/// Waits for the view, uses it as a person would, and leaves what it showed in the page.
+/// Waits for the view, uses it like a person, and writes what it showed into the page.
 const VISITOR: &str = r##"<pre id="told"></pre><script>
 const wait = setInterval(() => {
   const view = document.getElementById("view");
@@ -57,10 +57,10 @@ const wait = setInterval(() => {
 }, 50);
 </script></body>"##;
 
-/// A browser without a window whose page is not painted has no frames to draw in: time makes them.
+/// A headless browser that does not paint its page gives no animation frames. A timer replaces them.
 const FRAMES: &str = "</title><script>window.requestAnimationFrame = (then) => setTimeout(then, 16);</script>";
 
-/// The program of a browser of Chromium's kind: what the environment says, or what is usual.
+/// The program of a browser like Chromium: from the environment, or one of the usual names.
 fn browser() -> Option<String> {
     let named = std::env::var("CHROMIUM").ok();
     let usual = ["chromium", "chromium-browser", "google-chrome", "chrome"].map(str::to_owned);
@@ -70,7 +70,7 @@ fn browser() -> Option<String> {
     })
 }
 
-/// The page after its scripts and the visitor are done. A browser that hangs is ended.
+/// The page after its scripts and the visitor have run. A browser that hangs is ended.
 fn visited(browser: &str, page: &str) -> String {
     let home = tempfile::tempdir().expect("a folder");
     let path = home.path().join("report.html");
@@ -105,7 +105,7 @@ fn visited(browser: &str, page: &str) -> String {
 #[test]
 fn the_view_draws_and_reads_what_the_tables_say() {
     let Some(browser) = browser() else {
-        // Past the runner, which keeps what tests print to itself.
+        // Written directly to standard error, because the test runner captures what tests print.
         let words = "skipped: no browser was found (chromium, or what the environment variable CHROMIUM names); the view was not tried\n";
         std::io::stderr().write_all(words.as_bytes()).ok();
         return;
@@ -117,7 +117,7 @@ fn the_view_draws_and_reads_what_the_tables_say() {
     let told = told.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
     let told: Value = serde_json::from_str(&told).unwrap_or_else(|_| panic!("the view has not come up: {told:?}"));
 
-    // More colours than those of background, outlines and luminaires, whatever they show.
+    // More colours than those of background, outlines and luminaires, for every quantity.
     let colors: Vec<u64> = told["colors"].as_array().expect("five").iter().filter_map(Value::as_u64).collect();
     assert!(colors.len() == 5 && colors.iter().all(|count| *count > 8), "{colors:?}");
     assert_eq!(told["pressed"], "true");

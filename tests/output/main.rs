@@ -1,4 +1,4 @@
-//! What is written for other programs and for pages in space: sensor grids, models, views.
+//! Files for other programs and for 3D pages: sensor grids, models, views.
 
 mod in_a_browser;
 mod radiance_grids;

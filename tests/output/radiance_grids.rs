@@ -1,4 +1,4 @@
-//! Sensor grids of Radiance: what `.pts` and `.res` hold, and that they come back.
+//! Sensor grids of Radiance: the content of `.pts` and `.res`, and that they can be read back.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use luxmc::scene::receiver_points_from_csv;
 use luxmc::{Scene, Settings, Silent, Solution, scene_from_json, solve};
 use serde_json::Value;
 
-/// Two sets whose names make one file name, and one that asks for luminance, which is no grid of illuminances.
+/// Two sets whose names give the same file name, and one for luminance, which is no grid of illuminances.
 const SCENE: &str = r#"{ "version": 1, "title": "a room", "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2], "intensity_cd": 100 } ],
@@ -42,7 +42,7 @@ fn grids_hold_the_points_and_their_illuminances_and_come_back() {
         assert_eq!(grid["count"], set.points.len());
         let stem = grid["identifier"].as_str().expect("a name");
         let name = format!("{stem}.pts");
-        // What is written is read again to the last bit.
+        // The written values are read back to the last bit.
         let back = receiver_points_from_csv(text(&files, &name), Path::new(&name)).expect("the reader takes it");
         assert_eq!(back.len(), set.points.len());
         for (found, wanted) in back.iter().zip(&set.points) {

@@ -1,4 +1,4 @@
-//! The view in space of `report.html`: what the page holds are the numbers of the tables.
+//! The 3D view of `report.html`: the page holds the numbers of the tables.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -50,7 +50,7 @@ pub fn table(scene: &Scene, solution: &Solution, name: &str) -> Vec<csv::StringR
     csv::Reader::from_reader(&file.bytes[..]).records().map(|row| row.expect("a row")).collect()
 }
 
-/// What the script of the page makes of it.
+/// The data as the page's script reads them.
 struct Held {
     about: Value,
     corners: Vec<Vec<u16>>,
@@ -110,7 +110,8 @@ impl Held {
         })
     }
 
-    /// What differs from a row of a table: `columns` are those of x, of the illuminance, its error, direct and indirect light.
+    /// Differences from a row of a table. `columns` holds the column of x and that of the illuminance, after which its error, the direct
+    /// and the indirect light follow.
     fn faults(&self, facet: usize, row: &csv::StringRecord, middle_m: [f64; 3], columns: [usize; 2]) -> Vec<String> {
         let told = |column: usize| row[column].parse::<f64>().expect("a number");
         let mut faults = Vec::new();
@@ -120,11 +121,11 @@ impl Held {
                 faults.push(format!("triangle {facet} lies {away_m} m off"));
             }
         }
-        // The page has total, direct, indirect and error; the tables total, error, direct and indirect.
+        // The page has total, direct, indirect and error; the tables have total, error, direct and indirect.
         for (quantity, column) in [0, 2, 3, 1].into_iter().enumerate() {
             let wanted_lx = told(columns[1] + column).max(0.0);
             let found_lx = self.lux(self.means[quantity][facet]).unwrap_or(f64::INFINITY);
-            // Half a step of the code, and what lies below nine decades.
+            // The tolerance is half a step of the code, and whatever is below nine decades.
             if (found_lx - wanted_lx).abs() > 1.7e-4 * wanted_lx + 1.01e-9 * self.number("most_lx") {
                 faults.push(format!("triangle {facet} has {found_lx} for {wanted_lx}"));
             }
@@ -137,7 +138,7 @@ fn middle_m(corners_m: [[f64; 3]; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| corners_m.iter().map(|corner_m| corner_m[axis]).sum::<f64>() / 3.0)
 }
 
-/// What stands there covers some elements: these have no value.
+/// Elements that are hidden by contact have no value.
 fn element_faults(held: &Held, rows: &[csv::StringRecord], covered: &[bool]) -> Vec<String> {
     let is_covered = |facet: usize| covered.get(facet).is_some_and(|covered| *covered);
     let of_row = |(facet, row): (usize, &csv::StringRecord)| {
@@ -166,7 +167,7 @@ fn the_page_holds_what_the_tables_hold() {
     assert!(elements.len() > 100 && held.number("surface_facets") == elements.len() as f64);
     assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact), Vec::<String>::new());
 
-    // A receiver's cell are two triangles; the middle of its diagonal is the point.
+    // The cell of a receiver is two triangles. The middle of its diagonal is the point.
     let receivers = table(&scene, &solution, "receivers.csv");
     assert_eq!(receivers.len(), 35);
     assert_eq!(held.parts.len(), elements.len() + 2 * receivers.len());
@@ -186,7 +187,7 @@ fn the_page_holds_what_the_tables_hold() {
     }
     assert!(inside > 0, "a point lies in the block");
 
-    // What is off by one in a thousand is seen, and so is one that lies a few steps aside.
+    // A value that is off by one in a thousand is detected, and so is a position that is off by a few steps.
     let code = held.means[0][7];
     held.means[0][7] = code.wrapping_add(4);
     assert_eq!(element_faults(&held, &elements, &solution.maps[0].values.in_contact).len(), 1);
@@ -258,7 +259,7 @@ fn the_page_stands_by_itself_and_names_cannot_end_its_scripts() {
     assert!(!without.expect("text").contains("view-data"), "pages without plots have no view");
 }
 
-/// Of 230 receiver sets the report lists 200 and says how many it leaves out; with 200 it leaves out none.
+/// Of 230 receiver sets the report lists 200 and states how many it leaves out. With 200 sets it leaves out none.
 #[test]
 fn of_very_many_receiver_sets_a_report_lists_the_first_and_tells_of_the_rest() {
     let page_of_sets = |count: usize| {

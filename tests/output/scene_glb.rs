@@ -1,4 +1,4 @@
-//! `scene.glb`: what it holds, and that it comes back as a mesh.
+//! `scene.glb`: its content, and that it can be read back as a mesh.
 
 use std::path::Path;
 
@@ -23,14 +23,14 @@ fn solved() -> (Scene, Solution) {
     (scene, solution)
 }
 
-/// A channel of sRGB as a linear one of two bytes. Source: IEC 61966-2-1.
+/// Converts a channel of sRGB to a linear one of two bytes. Source: IEC 61966-2-1.
 fn linear(code: u8) -> u16 {
     let c = f64::from(code) / 255.0;
     let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
     (linear * 65_535.0).round() as u16
 }
 
-/// The file read as a mesh of a scene: the same surfaces, of the same materials, at the same places.
+/// The file read as a mesh of a scene: the same surfaces with the same materials at the same positions.
 #[test]
 fn the_file_comes_back_through_the_reader_of_meshes() {
     let (scene, solution) = solved();
@@ -96,7 +96,7 @@ fn corners_have_their_values_and_the_colours_of_the_legend() {
             let lx = f64::from(f32::from_le_bytes(value.try_into().expect("four bytes")));
             let wanted = perceptual(lx / end_lx).map(linear);
             let found: Vec<u16> = color.chunks(2).map(|two| u16::from_le_bytes([two[0], two[1]])).collect();
-            // Rounding to single precision may take a colour across the border of a code of eight bits.
+            // Rounding to single precision can move a colour to the next code of eight bits.
             let off = found.iter().zip(wanted).map(|(a, b)| a.abs_diff(b)).max().unwrap_or_default();
             assert!(off <= 600, "{found:?} for {wanted:?}");
             seen.push(lx);

@@ -7,8 +7,8 @@ use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
 use luxmc::solver::{MapSelection, Settings, Silent, solve};
 
-/// Chance that a right program fails one of the comparisons below: 5 standard errors of 16 replicas, t with 15 degrees
-/// of freedom, some 1e-4 each.
+/// Limit in standard errors. A correct program fails each of the comparisons below with a probability of some 1e-4 (16 replicas, t with 15
+/// degrees of freedom).
 const WITHIN: f64 = 5.0;
 const SEED: u64 = 5;
 
@@ -51,10 +51,10 @@ fn all_in_the_middle() -> String {
     ALL.map(|(name, more)| middle(name, more)).join(", ")
 }
 
-/// Whether a map's one value agrees with a truth, and a truth that is 5% off does not.
+/// Asserts that the only value of a map agrees with the truth, and that it does not agree with a truth 5 % off.
 fn assert_is(map: &MapResult, truth_lx: f64) {
     let (value, error) = (map.values.illuminance_lx[0], map.values.standard_error_lx[0]);
-    // What is computed exactly is exact to rounding.
+    // Exact calculations are exact to rounding.
     let allowed = (WITHIN * error).max(1e-9 * truth_lx);
     assert!((value - truth_lx).abs() < allowed, "{}: {value} ± {error}, exact {truth_lx}", map.name);
     assert!((value - 1.05 * truth_lx).abs() > allowed, "{}: a fault of 5% would go unseen, ± {error}", map.name);
@@ -62,7 +62,7 @@ fn assert_is(map: &MapResult, truth_lx: f64) {
 
 #[test]
 fn one_lamp_in_a_black_room_follows_the_closed_formulas() {
-    // The lamp stands at azimuth 50° from +x, 60° from the vertical, 2 m away.
+    // The lamp is at azimuth 50° from +x, 60° from the vertical, at a distance of 2 m.
     let (azimuth, from_vertical, distance_m, intensity_cd) = (50f64.to_radians(), 60f64.to_radians(), 2.0, 700.0);
     let [x, y, z] = [from_vertical.sin() * azimuth.cos(), from_vertical.sin() * azimuth.sin(), from_vertical.cos()]
         .map(|share| share * distance_m);
@@ -78,7 +78,7 @@ fn one_lamp_in_a_black_room_follows_the_closed_formulas() {
 
 #[test]
 fn in_even_light_all_illuminances_are_the_same() {
-    // Walls that shine and reflect alike: L is M/(1 − ρ)/π everywhere, and every receiver gets πL.
+    // Walls that all emit and reflect equally: L is M/(1 − ρ)/π everywhere, and every receiver gets πL.
     let walls = r#"{ "name": "walls", "type": "area", "surface": "room", "exitance_lm_m2": 100 }"#;
     let maps = receivers(0.6, walls, &all_in_the_middle(), 100_000);
     for map in &maps {

@@ -1,4 +1,4 @@
-//! Requirements by EN 1838 and EN 12193: direct light alone against the inverse square law, and what is refused.
+//! Requirements by EN 1838 and EN 12193: direct light alone against the inverse square law, and refusals.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use luxmc::solver::{Finding, MapSelection, Settings, solve, verdicts};
 
 use crate::common::{Silent, scene_of};
 
-/// Height of the lamps and their intensity.
+/// Height of the lamps in m and their intensity in cd.
 const HEIGHT_M: f64 = 2.5;
 const INTENSITY_CD: f64 = 40.0;
 
@@ -45,8 +45,8 @@ fn found(scene: &Scene) -> Vec<(Measure, f64, f64, Ruling)> {
     told.collect()
 }
 
-/// Walls that throw back 80 % give the route ten times as much light; what counts is what comes straight, on batteries at 80 %. The fault that
-/// it rejects: all light counts.
+/// Walls that reflect 80 % give the route ten times as much light. Only direct light counts, on batteries at 80 %. The planted fault that
+/// must be rejected: all light counts.
 #[test]
 fn an_escape_route_is_judged_by_direct_light_alone_and_exactly() {
     let truth_lx = along_the_route_lx();

@@ -1,4 +1,4 @@
-//! Glare ratings against the standard rooms of CIE 190, worked out by hand.
+//! Glare ratings against the standard rooms of CIE 190, calculated by hand.
 
 use std::path::Path;
 
@@ -13,12 +13,12 @@ use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 use crate::common::Silent;
 
-/// Eye-to-luminaire height of the standard room in m, and the distance between luminaires.
+/// Height of the luminaires above the eye in the standard room in m, and the distance between luminaires in m.
 const HEIGHT_M: f64 = 2.0;
 const SPACING_M: f64 = 0.5;
 
-/// A panel steeply overhead is cut into thousands of parts, none of which has a position index: no ray is traced, and yet that is work.
-/// The same panel ahead takes a ray a part.
+/// A panel steeply overhead is cut into thousands of parts, none of which has a position index. No ray is traced, but the parts count as
+/// work. The same panel ahead takes one ray per part.
 #[test]
 fn parts_without_a_position_index_are_work_too() {
     let panel = |x_m: f64, z_m: f64| {
@@ -75,8 +75,7 @@ fn rows() -> Vec<Row> {
         .collect()
 }
 
-/// The room between reference plane (z = 0) and luminaires (z = 2 m); the observer looks along y from the middle of the
-/// wall y = 0.
+/// The room between reference plane (z = 0) and luminaires (z = 2 m). The observer looks along y from the middle of the wall y = 0.
 fn standard_room(row: &Row, background: &str) -> Scene {
     let [x_m, y_m] = row.size_h.map(|size| size * HEIGHT_M);
     let [ceiling, walls, floor] = row.reflectances;
@@ -105,12 +104,12 @@ fn rated(scene: &Scene, seed: u64) -> Solution {
     solve(scene, &Settings { seed, target_error: Some(0.02), maps, ..Settings::default() }, &Silent)
 }
 
-/// Eleven values of standard rooms (a choice of the 19 sizes, the five sets of reflectances and both ways to look) by the tabular
-/// method are within 0.3 of those worked out by hand, where DIALux and Relux agree with each other to 0.1.
+/// Eleven values of standard rooms by the tabular method (a selection of the 19 sizes, the five sets of reflectances and both viewing
+/// directions). They are within 0.3 of the values calculated by hand, where DIALux and Relux agree with each other to 0.1.
 ///
-/// The sum over luminaires agrees to 1%, the steps of the photometric files: luminaires beyond the bounds of the table (the
-/// planted fault) add more than that in every room. The background agrees to 8%, which is 0.28 in the rating: the tables take every wall as
-/// evenly lit, and a narrow beam lights the lower part of them most.
+/// The sum over luminaires agrees to 1 %, the steps of the photometric files. Luminaires beyond the limits of the table (the planted fault)
+/// add more than that in every room. The background agrees to 8 %, which is 0.28 in the rating: the tables assume that every wall is lit
+/// evenly, but a narrow beam mostly lights its lower part.
 #[test]
 fn standard_rooms_have_the_ratings_of_the_tables() {
     for row in rows() {
@@ -136,7 +135,7 @@ fn standard_rooms_have_the_ratings_of_the_tables() {
     }
 }
 
-/// By the eye's own background the same room is rated higher: tables take the walls' mean, which is brighter.
+/// With the background at the eye the same room has a higher rating. The tables use the mean of the walls, which is brighter.
 #[test]
 fn the_two_backgrounds_differ_as_known() {
     let row = rows().remove(0);
@@ -147,7 +146,7 @@ fn the_two_backgrounds_differ_as_known() {
     assert!((0.77..0.92).contains(&(observer / tabular)), "{observer} {tabular}");
 }
 
-/// A lamp steeply above the eye, out of the table, does not count and is named; one ahead counts in either room.
+/// A lamp steeply above the eye, outside of the table, does not count and is named. A lamp ahead counts in both rooms.
 #[test]
 fn luminaires_out_of_the_table_are_listed() {
     let room = |lamps: &str| {
@@ -177,7 +176,7 @@ fn luminaires_out_of_the_table_are_listed() {
     assert!(rating.ugr.is_some_and(|ugr| ugr.value > 10.0) && !rating.is_low());
 }
 
-/// A room of three balls with a solid cupboard in it.
+/// A room with three balls and a solid cupboard.
 fn room_with_a_cupboard(receivers: &str) -> Scene {
     let text = format!(
         r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -191,9 +190,9 @@ fn room_with_a_cupboard(receivers: &str) -> Scene {
     scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Observers of a grid are rated as single ones are, at the same places: sums to 1e-9 where nothing hides a part of a ball,
-/// ratings within five standard errors of both backgrounds (48 ratings, α = 3e-5, seed 5; another line of sight, the planted fault, is
-/// off by more). Who stands in the cupboard is left out, and the worst is named.
+/// Observers of a grid are rated like single observers at the same points. Sums agree to 1e-9 where no part of a ball is hidden. Ratings
+/// agree within five standard errors of both backgrounds (48 ratings, α = 3e-5, seed 5). Another line of sight, the planted fault, is off
+/// by more. An observer in the cupboard is left out, and the worst one is named.
 #[test]
 fn observers_of_a_grid_are_rated_like_single_ones() {
     let grid = r#"{ "name": "grid", "type": "ugr_grid", "origin": [1,1,1.2], "u": [4,0,0], "v": [0,2,0], "columns": 3, "rows": 2 }"#;
@@ -235,7 +234,7 @@ fn observers_of_a_grid_are_rated_like_single_ones() {
     assert!(compared >= 20 && differ_by_view > compared / 2, "{compared} {differ_by_view}");
 }
 
-/// Without a height the eyes of a grid over a floor are 1.2 m above it; on walls all observers share the background.
+/// Without a given height the eyes of a grid on a floor are 1.2 m above it. On walls all observers share the background.
 #[test]
 fn a_grid_over_a_floor_looks_from_where_people_sit() {
     let grid = |more: &str| {

@@ -1,4 +1,4 @@
-//! Luminance, local estimation and glare against what is known exactly or found by another road.
+//! Luminance, local estimation and glare against exact values or other methods.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -32,8 +32,8 @@ const PLANES: &str = r#""materials": { "grey": { "type": "diffuse", "reflectance
     { "name": "plane 2", "type": "rectangle", "origin": [-100, -100, 1], "u": [0, 200, 0], "v": [200, 0, 0], "material": "grey" } ],
   "luminaires": [ { "name": "source", "type": "point", "position": [0, 0, 0.5], "intensity_cd": 1 } ]"#;
 
-/// An eye at right angles between two mirrors that absorb nothing sees an endless row of mirrors, and the run ends; the
-/// floor, in a direction beside it, has the luminance ρE/π of what comes straight and by images of the source.
+/// An eye looks at right angles between two mirrors that absorb nothing and sees an endless row of mirrors. The run must end. The floor, in
+/// another direction, has the luminance ρE/π of the direct light and of the source's images.
 #[test]
 fn a_sight_between_perfect_mirrors_ends() {
     let mirror = |name: &str, y: f64, u: &str, v: &str| {
@@ -53,20 +53,20 @@ fn a_sight_between_perfect_mirrors_ends() {
     let solution = by_method(&scene, Method::Collision, 3, 40_000);
     let values = |name: &str| &solution.maps.iter().find(|map| map.name == name).expect("the map").values;
     assert_eq!(values("across").illuminance_lx, [0.0]);
-    // The images stand a whole number of metres beside the source, on either side; all light is theirs.
+    // The images are whole numbers of metres beside the source, on either side. All light comes from them.
     let light = |image: i32| 100.0 * 2.0 / (1.0 + 4.0 + f64::from(image).powi(2)).powf(1.5);
-    // It falls from 2 m, so that mirrors 3 m high hold all of its way.
+    // The light comes from 2 m, so that mirrors 3 m high reflect all of its paths.
     let exact = 0.5 / PI * (-2000..=2000).map(light).sum::<f64>();
     let (value, error) = (values("down").illuminance_lx[0], values("down").standard_error_lx[0]);
     assert!((value - exact).abs() < 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
     assert!((1.1 * value - exact).abs() > 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
 }
 
-/// A diffuse plane has the luminance ρE/π whichever way it is seen, by walks and by double local estimation.
+/// A diffuse plane has the luminance ρE/π in every direction, by walks and by double local estimation.
 ///
-/// 29 directions from a height of 0.5, up to 80° from the vertical; E by Sobolev's integral at each sub-point. Every
-/// deviation stays within 5.5 standard errors (t with 15 degrees of freedom: α = 6e-5 each), the mean one within 4.5 of its
-/// own; the planted fault, 2% more light, is rejected by that mean.
+/// 29 directions from a height of 0.5, up to 70° from the vertical. E is by Sobolev's integral at each point below the line of sight. Every
+/// deviation is within 5.5 standard errors (t with 15 degrees of freedom: α = 6e-5 each), the mean one within 4.5 of its own. The planted
+/// fault, 2 % more light, is rejected by the mean.
 #[test]
 fn diffuse_planes_look_alike_from_every_angle() {
     let scene = from_text(&format!(
@@ -88,17 +88,17 @@ fn diffuse_planes_look_alike_from_every_angle() {
             sum += value / exact - 1.0;
             square += (error / exact).powi(2);
         }
-        // Walks share nothing; what chains share at worst adds up as errors do, not as their squares.
+        // Walks are independent. Errors of shared chains add linearly in the worst case, not as squares.
         let share = if method == Method::Collision { square.sqrt() / 29.0 } else { (square / 29.0).sqrt() };
         assert!((sum / 29.0).abs() < 4.5 * share, "{method:?}: {} ± {share}", sum / 29.0);
         assert!(0.02 - (sum / 29.0).abs() > 4.5 * share, "{method:?}: the fault passed, {} ± {share}", sum / 29.0);
     }
 }
 
-/// In an isothermal box E = πL₀ everywhere. On the floor at 0.1 and 1e-5 m from a wall (in the slow run at 1e-3 m too, with
-/// sixteen times the chains) the error bars of local estimation hold the truth at their nominal 95%, t with 15 degrees of
-/// freedom, within 4.5% (200 seeds × 8 points, which hang together: 200 of independent seeds alone have a standard deviation
-/// of 1.5%), and their root mean square error does not grow; the plain kernel's bars hold less than half.
+/// In an isothermal box E = πL₀ everywhere. On the floor at 0.1 m and 1e-5 m from a wall (in the slow run also at 1e-3 m, with sixteen
+/// times the chains), the error bars of local estimation cover the truth at their nominal 95 %, t with 15 degrees of freedom, within 4.5 %.
+/// There are 200 seeds × 8 correlated points; 200 independent seeds alone have a standard deviation of 1.5 %. The root mean square error
+/// does not grow towards the wall. The bars of the plain kernel cover less than half.
 #[test]
 fn local_estimation_holds_its_error_bars_in_corners() {
     let mut errors = Vec::new();
@@ -134,8 +134,8 @@ fn local_estimation_holds_its_error_bars_in_corners() {
     assert!(errors[errors.len() - 1] < 1.5 * errors[0], "{errors:?}");
 }
 
-/// Local estimation finds what walks find where surfaces shine, mirror and let through: same means within 4.5 standard
-/// errors of their difference, and 5% more light (the planted fault) is rejected.
+/// Local estimation agrees with walks for emitting, mirroring and transmitting surfaces: the means agree within 4.5 standard errors of
+/// their difference, and 5 % more light (the planted fault) is rejected.
 #[test]
 fn local_estimation_agrees_with_walks_on_every_material() {
     let scene = from_text(
@@ -181,10 +181,10 @@ fn local_estimation_agrees_with_walks_on_every_material() {
     }
 }
 
-/// A glossy plane under a bright ball, seen along a fan: what luxmc finds by looks, lobes and walks combined, and by double
-/// local estimation, against backward paths that draw a direction in the ball's cone at every vertex, share nothing with
-/// the estimators but the law. Five directions, 200,000 paths each; within 4.9 standard errors of the difference; in the
-/// mean over the directions 2% less light (the planted fault) is rejected.
+/// A glossy plane under a bright ball, seen along a fan of directions. Results by light samples, lobes and walks combined, and by double
+/// local estimation, are compared with backward paths. These draw a direction in the ball's cone at every vertex and share only the BSDF
+/// with the estimators. Five directions, 200,000 paths each: within 4.9 standard errors of the difference. In the mean over the directions,
+/// 2 % less light (the planted fault) is rejected.
 #[test]
 fn glossy_planes_shine_as_plain_paths_say() {
     let scene = from_text(
@@ -227,13 +227,13 @@ fn glossy_planes_shine_as_plain_paths_say() {
             }
         }
     }
-    // Walks of different directions share nothing.
+    // Walks of different directions are independent.
     let error = mean_square.sqrt();
     assert!(mean.abs() < 4.5 * error, "{mean} ± {error}");
     assert!(FAULT - mean.abs() > 4.5 * error, "the planted fault passed: {mean} ± {error}");
 }
 
-/// One backward path to the ball of radius 0.2 at (0, 0, 0.5): the luminance that it finds over that of the ball.
+/// One backward path to the ball of radius 0.2 at (0, 0, 0.5). Returns its luminance divided by that of the ball.
 fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
     let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
     let mut sum = 0.0;
@@ -260,8 +260,8 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
     sum
 }
 
-/// In the office the rating follows from a quadrature over the luminaires (60 × 60 parts of each troffer, all in sight) and
-/// the indirect illuminance that a receiver in the eye's place has from another seed.
+/// In the office the rating follows from a quadrature over the luminaires (60 × 60 parts of each troffer, all visible) and from the
+/// indirect illuminance of a receiver at the eye from another seed.
 #[test]
 fn the_glare_of_the_office_is_that_of_a_quadrature() {
     let mut office = scene("office.json");
@@ -288,7 +288,7 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
                     let part_m2 = office.triangle_area_m2(triangle) / f64::from(N * N);
                     for i in 0..N {
                         for j in 0..N {
-                            // The middles of a square grid, folded onto the triangle.
+                            // The centres of a square grid, folded onto the triangle.
                             let (mut u, mut v) =
                                 ((f64::from(i) + 0.5) / f64::from(N), (f64::from(j) + 0.49) / f64::from(N));
                             if u + v > 1.0 {
@@ -322,6 +322,6 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
     let expected = unified_glare_rating(background, sum).expect("a rating");
     let error = ugr.standard_error.hypot(8.0 / 10f64.ln() * background_error / background);
     assert!((ugr.value - expected).abs() < 4.0 * error, "{ugr:?} {expected} ± {error}");
-    // A background 2% off (the planted fault) is 0.069.
+    // A background 2 % off (the planted fault) changes the rating by 0.069.
     assert!(0.069 - (ugr.value - expected).abs() > 4.0 * error, "the fault passed: {ugr:?} {expected} ± {error}");
 }

@@ -1,4 +1,4 @@
-//! Views of balls by way of flat mirrors and panes: against images drawn by hand, and in no more rays than they are worth.
+//! Views of balls in flat mirrors and panes: against images calculated by hand, and with a limited number of rays.
 
 use std::f64::consts::PI;
 
@@ -13,12 +13,12 @@ use crate::common::{Silent, scene_of, to_target_by};
 const BALL_M: DVec3 = DVec3::new(2.0, 1.5, 1.2);
 const RADIUS_M: f64 = 0.1;
 const FLUX_LM: f64 = 1000.0;
-/// Where the pane stands.
+/// Position of the pane in m.
 const PANE_Y_M: f64 = 3.0;
-/// Places whose ways to images pass the ball closer than this are left out: it hides itself there.
+/// Points are left out if a path to an image passes the ball closer than this: the ball may hide it there.
 const CLEAR_M: f64 = 0.35;
 
-/// A floor between a mirror (x = 0) and a pane (y = 3) that see each other, 200 m wide and high, and a ball before both.
+/// A floor between a mirror (x = 0) and a pane (y = 3), each visible in the other, 200 m wide and high, and a ball in front of both.
 fn corner() -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1,
@@ -72,7 +72,7 @@ fn floor_lx(place_m: DVec3, mirror: f64) -> Option<f64> {
     Some(sum_lx)
 }
 
-/// Luminance that an eye sees in a direction, by hand.
+/// Luminance that an eye sees in a direction, calculated by hand.
 fn seen_cd_m2(eye_m: DVec3, direction: DVec3, mirror: f64, depth: u32) -> Option<f64> {
     if depth == 0 {
         return Some(0.0);
@@ -109,10 +109,10 @@ fn seen_cd_m2(eye_m: DVec3, direction: DVec3, mirror: f64, depth: u32) -> Option
 
 const SEEDS: u64 = 8;
 
-/// A picture of a corner of a mirror and a pane, as walks and local estimation find it, pixel by pixel as it is drawn by hand: the ball, its
-/// images, the floor that all light, in sight, in the mirror, in the pane and behind it. N = 8 seeds of 128 walks a pixel: the root mean square
-/// deviation is what the seeds' spread says within 40 %, and the mean within T standard errors (t of 7 degrees of freedom, α = 1e-4). A mirror
-/// of 0.85 (the planted fault) fails both.
+/// A picture of a corner of a mirror and a pane, by walks and by local estimation. It is compared pixel by pixel with a calculation by
+/// hand: the ball, its images, and the floor that all of them light, seen directly, in the mirror, in the pane and behind it. N = 8 seeds
+/// of 128 walks per pixel: the root mean square deviation is that of the seeds' spread within 40 %, and the mean is within T standard
+/// errors (t with 7 degrees of freedom, α = 1e-4). A mirror of 0.85 (the planted fault) fails both.
 #[test]
 fn a_picture_in_mirror_and_pane_is_the_one_drawn_by_hand() {
     const T: f64 = 7.9;
@@ -155,7 +155,7 @@ fn a_picture_in_mirror_and_pane_is_the_one_drawn_by_hand() {
     }
 }
 
-/// A room with a wall that is a mirror, a pane across or before it, a small ball and a crate; the view looks away from the ball.
+/// A room with a mirror wall, a pane across it or in front of it, a small ball and a crate. The view faces away from the ball.
 fn room(pane: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1,
@@ -172,8 +172,8 @@ fn room(pane: &str) -> Scene {
     ))
 }
 
-/// 24 × 16 directions to 5 % take a limited number of rays by every method, whether the pane stands across the mirror or before it; no
-/// check of statistics holds them up. By chance hits walks take 12 to 65 times as many.
+/// 24 × 16 directions to 5 % take a limited number of rays by every method, both with the pane across the mirror and in front of it. No
+/// statistical check prolongs the runs. If walks met the images by chance, they would take 12 to 65 times as many.
 #[test]
 fn views_of_balls_in_mirrors_take_few_rays() {
     const MOST_RAYS: u64 = 2_500_000;

@@ -28,8 +28,8 @@ fn values(scene: &Scene, chains: u64) -> Vec<MapValues> {
     with_chains(scene, SEED, MapSelection::Receivers, chains).maps.into_iter().map(|map| map.values).collect()
 }
 
-/// A mirror shows a bright panel in those elements alone whose mirrored line of sight meets it, and is black in the others; the
-/// diffuse column of the element map would have called all of it black.
+/// A mirror shows a bright panel only in those elements whose mirrored line of sight meets it, and is black in the others. In the diffuse
+/// column of the element map all of it would be black.
 #[test]
 fn elements_of_a_mirror_show_what_it_mirrors() {
     let geometry = r#"{ "name": "floor", "type": "rectangle", "origin": [-2,0,0], "u": [4,0,0], "v": [0,1,0], "material": "silver", "max_element_edge": 0.3 },
@@ -44,7 +44,7 @@ fn elements_of_a_mirror_show_what_it_mirrors() {
     let mut bright = 0;
     for (point, value) in points.iter().zip(&values.illuminance_lx) {
         let place_m = point.position_m + point.normal * (point.position_m.z / -point.normal.z);
-        // The eye is as high as the panel, so that the mirrored line comes to that height as far again.
+        // The eye is as high as the panel. The mirrored line therefore reaches that height again after the same distance.
         let meets_m = 2.0 * place_m.x + 1.5;
         if (meets_m - 1.0).abs() > 1e-3 && (meets_m - 2.0).abs() > 1e-3 {
             let exact = if (1.0..2.0).contains(&meets_m) { 80.0 } else { 0.0 };
@@ -55,8 +55,8 @@ fn elements_of_a_mirror_show_what_it_mirrors() {
     assert!(bright > 10, "{bright}");
 }
 
-/// Of a lacquered sheet under a lamp every element has the luminance that a line of sight from the eye to its middle shows; a board
-/// between the eye and the sheet changes nothing, and another eye sees another sheet (the planted fault).
+/// Every element of a lacquered sheet under a lamp has the luminance that a line of sight from the eye to its centre gives. A board between
+/// eye and sheet changes nothing. Another eye gives other values (the planted fault).
 #[test]
 fn elements_shine_towards_the_eye_whatever_stands_between() {
     let lacquer =
@@ -94,8 +94,8 @@ fn elements_shine_towards_the_eye_whatever_stands_between() {
     assert!(differences(other, own) > 0.1, "the planted fault passed");
 }
 
-/// In an isothermal room everything has the luminance L₀ towards every eye, whatever it is made of: within 5 standard errors for each
-/// element (t with 15 degrees of freedom, 2e-4 each) and 4.5 for the mean; 3% more (planted) is seen.
+/// In an isothermal room everything has the luminance L₀ towards every eye, for every material: within 5 standard errors for each element
+/// (t with 15 degrees of freedom, 2e-4 each) and 4.5 for the mean. 3 % more, the planted fault, is detected.
 #[test]
 fn in_an_isothermal_room_all_elements_have_its_luminance() {
     let materials = r#""grey": { "type": "diffuse", "reflectance": 0.5 }, "lacquer": { "type": "phong", "diffuse_reflectance": 0.2, "specular_reflectance": 0.4, "exponent": 20 }"#;

@@ -1,4 +1,4 @@
-//! What receivers ask for: cylinders, luminance, glare, direct light alone.
+//! Quantities of receivers: cylinders, luminance, glare, direct light alone.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Elements that adapt, against the exact light at every point: their errors, their shadows, their bytes.
+//! Adaptive elements against the exact light at every point: their errors, shadows and bytes.
 
 use glam::DVec3;
 use luxmc::analytic::box_room::{BoxRoom, RoomFace, RoomSource};
@@ -23,11 +23,11 @@ fn adapted_by(method: Method, scene: &Scene, seed: u64, target_error: f64) -> So
     solve(scene, &settings, &Silent)
 }
 
-/// Pieces along an edge that an element is compared in: at the edge of a shadow coarser ones blur what elements show.
+/// Pieces along an element's edge in which it is compared. At the edge of a shadow, coarser pieces blur what elements show.
 const PIECES: u32 = 24;
 
-/// Relative RMS deviation of what the elements show from the exact light over all their area; with `slopes` false from
-/// their means alone.
+/// Relative RMS deviation of what the elements show from the exact light over their whole area. With `slopes` false only their means are
+/// used.
 fn true_error(scene: &Scene, solution: &Solution, exact_lx: &dyn Fn(DVec3, DVec3) -> f64, slopes: bool) -> f64 {
     let (elements, map) = (&solution.elements, &solution.maps[0]);
     let (mut squares, mut sum, mut area_sum_m2) = (0.0, 0.0, 0.0);
@@ -60,11 +60,11 @@ fn z_score(numbers: &[f64]) -> f64 {
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn twelve_triangles_show_the_light_of_a_room_at_every_point() {
-    // CIE 171 case 5.8 at ρ = 0.8 on 12 triangles, target 2%: 16 seeds. The true error, means and slopes against the
-    // exact light at every point, is at or under the target in at least 14 (α = 0.4% for a rule that keeps 95%), and its
-    // square is not above that of the stated error by 4 standard errors. The same without the discretisation, or with
-    // means instead of slopes, must be. What is stated holds one standard error of the discretisation more than its mean, on
-    // purpose: over 64 seeds, where the elements gather, it is 1.22 times the true error, and at most 1.3 times is allowed.
+    // CIE 171 case 5.8 at ρ = 0.8 on 12 triangles, target 2 %: 16 seeds. The true error of means and slopes against the exact light at
+    // every point is at or below the target in at least 14 (α = 0.4 % for a rule that keeps 95 %). Its square does not exceed that of the
+    // stated error by 4 standard errors. Without the discretisation, or with means instead of slopes, it must. The stated error
+    // intentionally contains one standard error of the discretisation more than its mean. Over 64 seeds, where the elements gather, it is
+    // 1.22 times the true error, and at most 1.3 times is allowed.
     let scene = scene_of(
         r#"{"version": 1, "materials": {"paint": {"type": "diffuse", "reflectance": 0.8}},
             "geometry": [{"name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward",
@@ -75,7 +75,7 @@ fn twelve_triangles_show_the_light_of_a_room_at_every_point() {
     let source = RoomSource::Point { position: DVec3::splat(2.0), intensity_cd };
     let room = BoxRoom { size_m: [4.0; 3], reflectances: [0.8; 6], sources: vec![source] };
     let exact = room.solve().expect("the room absorbs");
-    // All faces are alike, and so are their eight mirrored parts: a table of one quarter, bilinear between its points.
+    // All faces are alike, and so are their eight mirrored parts. The table holds one quarter and is bilinear between its points.
     const STEPS: usize = 40;
     let table: Vec<Vec<f64>> = (0..=STEPS)
         .map(|i| {
@@ -117,7 +117,7 @@ fn twelve_triangles_show_the_light_of_a_room_at_every_point() {
     assert!(excess < 1.3, "{excess} times the true error is stated");
     let means: Vec<f64> = runs.iter().map(|run| true_error(&scene, run, &exact_lx, false)).collect();
     assert!(agrees(&means, &whole) > 4.0, "means for slopes must show: {}", agrees(&means, &whole));
-    // Where chains are counted no bias is stated beside it.
+    // With counted chains no bias is stated in addition.
     let counted: Vec<Solution> = (0..16).map(|seed| adapted_by(Method::Collision, &scene, seed, 0.03)).collect();
     let errors: Vec<f64> = counted.iter().map(|run| true_error(&scene, run, &exact_lx, true)).collect();
     let random: Vec<f64> = counted.iter().map(|run| run.maps[0].error.random).collect();
@@ -146,11 +146,10 @@ fn shadow() -> (Scene, impl Fn(DVec3, DVec3) -> f64) {
 
 #[test]
 fn the_edge_of_a_shadow_is_found_and_its_error_reported() {
-    // Exact light with a hard shadow on 4 triangles, target 3%: 5 seeds. Every true error is at or under the target, and
-    // their mean square is that of the stated ones within 15% (8 seeds scatter by some 4%, 5 by 5%; 24 had 0.96, and 1.20 when the
-    // pilot looked at large elements no more often than at small ones and missed corners that the edge cuts off); the
-    // stated random part alone would miss most of it. The edge is finer than the rest: elements of one size would be
-    // several times as many.
+    // Exact light with a hard shadow on 4 triangles, target 3 %: 5 seeds. Every true error is at or below the target. The mean square of
+    // the true errors is that of the stated ones within 15 %. (8 seeds scatter by some 4 %, 5 by 5 %; 24 had 0.96, and 1.20 when the pilot
+    // sampled large elements no more often than small ones and missed corners that the edge cuts off.) The stated random part alone would
+    // miss most of it. The elements at the edge are finer than the rest. With elements of one size there would be several times as many.
     let (scene, exact_lx) = shadow();
     let (mut true_squares, mut stated_squares, mut random_squares) = (0.0, 0.0, 0.0);
     for seed in 0..5 {
@@ -206,7 +205,7 @@ fn given_elements_stay_as_they_are() {
     assert!(run.maps[0].values.slopes_lx.is_empty() && run.maps[0].error.discretisation == 0.0);
 }
 
-/// A closed room with a cupboard on its floor, in which all surfaces emit what they do not reflect of 100 lx.
+/// A closed room with a cupboard on its floor. All surfaces emit what they do not reflect of 100 lx.
 fn isothermal_room() -> Scene {
     let [size, foot] = [[4.0, 3.0, 2.5], [0.6, 0.7, 0.9]];
     let faces = |name: &str, [x, y, z]: [f64; 3]| {
@@ -237,11 +236,11 @@ fn isothermal_room() -> Scene {
 
 #[test]
 fn what_stands_on_a_floor_darkens_nothing_beside_it() {
-    // In an isothermal room of 24 triangles every place that is not covered has 100 lx (Kirchhoff 1860); a cupboard of 0.6 m by
-    // 0.7 m covers 0.42 m² of the floor. Target 2%, 8 seeds: what elements show beyond what is covered is right within the
-    // target, for seven of the eight at least, in few elements, and what shows nothing is no more than the foot and the cupboard's own
-    // floor. Means over whole elements (the planted fault) are wrong by a third more at least. All by gathering: packets that the foot's own
-    // place emits would be counted as its.
+    // In an isothermal room of 24 triangles every point not hidden by contact has 100 lx (Kirchhoff 1860). A cupboard of 0.6 m by 0.7 m
+    // hides 0.42 m² of the floor. Target 2 %, 8 seeds: outside of the hidden area the elements are within the target, for at least seven of
+    // the eight seeds and with few elements. The dark area is not larger than that under the cupboard and the cupboard's own bottom. Means
+    // over whole elements (the planted fault) are wrong by at least a third more. All runs are by gathering: counted packets would include
+    // those that the hidden floor itself emits.
     let scene = isothermal_room();
     let error_of = |elements: ElementChoice, seed: u64| {
         let settings = Settings {

@@ -1,4 +1,4 @@
-//! Gathering against exact and independent answers: its maps, its errors, its stop rule, its bytes.
+//! Gathering against exact and independent answers: its maps, errors, stop rule and bytes.
 
 use std::path::Path;
 
@@ -26,15 +26,15 @@ fn weights(scene: &Scene, kind: MapKind) -> Vec<f64> {
     }
 }
 
-/// What many runs of one map say beside its truth.
+/// Results of many runs of one map compared with its truth.
 struct Campaign {
-    /// Share of the runs whose true error is at or under the target.
+    /// Share of the runs whose true error is at or below the target.
     met: f64,
-    /// Share of |z| inside the quantile that 95.4% are nominally in.
+    /// Share of |z| inside the quantile that nominally contains 95.4 %.
     covered: f64,
     /// Mean deviation over map and runs in standard errors of that mean, from the spread of the runs.
     mean_z: f64,
-    /// Root mean square over the map of the mean deviation over the runs, its noise taken off, over the mean stated error.
+    /// Root mean square over the map of the mean deviation over the runs, without its noise, divided by the mean stated error.
     bias_over_stated: f64,
 }
 
@@ -69,10 +69,10 @@ fn campaign(runs: &[(Vec<f64>, Vec<f64>, f64)], truth_lx: &[f64], weights: &[f64
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
-    // CIE 171 case 5.8 at ρ = 0.8, 768 elements and 64 points: 24 seeds to 2% (300 to 1% in the slow run). True error at
-    // or under the target in ≥ 92.5% of 300, ≥ 20 of 24 (α = 0.6% for a rule that keeps 95%); |z| inside its quantile in
-    // 95.4% ± 2% (± 4% for the points of 24 seeds); mean deviation within 3.6 of its standard errors (α = 0.1%); local
-    // bias at most a third of the stated error. A truth of 1% more reflectance must fail by its mean.
+    // CIE 171 case 5.8 at ρ = 0.8, 768 elements and 64 points: 24 seeds to 2 % (300 to 1 % in the slow run). The true error is at or below
+    // the target in ≥ 92.5 % of 300, ≥ 20 of 24 (α = 0.6 % for a rule that keeps 95 %). |z| is inside its quantile in at least 95.4 % − 2 %
+    // (− 4 % for the points of 24 seeds) and at most 99.5 %. The mean deviation is within 3.6 of its standard errors (α = 0.1 %). The local
+    // bias is at most a third of the stated error. With 1 % more reflectance in the truth, the planted fault, the mean must fail.
     let (seeds, target_error) = if slow() { (300, 0.01) } else { (24, 0.02) };
     let scene = cube(0.8, 0.5);
     let exactly = |reflectance: f64| {
@@ -100,7 +100,7 @@ fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
         );
         eprintln!("{told}");
         assert!(found.met >= if slow() { 0.925 } else { 0.83 }, "{told}");
-        // Ignorance of the bias is stated too, which makes bars of a smooth room long.
+        // The uncertainty of the bias is stated too, which makes the bars of a smooth room long.
         let width = if slow() || kind == MapKind::Elements { 0.02 } else { 0.04 };
         assert!((0.954 - width..=0.995).contains(&found.covered), "{told}");
         assert!(found.mean_z.abs() < 3.6, "{told}");
@@ -112,9 +112,9 @@ fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
 
 #[test]
 fn the_furnished_office_is_that_of_a_long_run_by_walks() {
-    // The stored long run of the office (walks, 0.06%) against 8 seeds of gathering to 1%: true error at or under the
-    // target in ≥ 6 of 8 (α = 0.6% for 95%), the stored run's own taken off; mean deviation of each set within 4
-    // standard errors of both; the same map 1% brighter must fail.
+    // The stored long run of the office (walks, 0.06 %) against 8 seeds of gathering to 1 %. The true error, without that of the stored
+    // run, is at or below the target in ≥ 6 of 8 (α = 0.6 % for 95 %). The mean deviation of each set is within 4 combined standard errors.
+    // The same map 1 % brighter must fail.
     let scene = scene("office.json");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/office/long-run/receivers.csv");
     let mut reader = csv::Reader::from_path(path).expect("the stored run");
@@ -134,7 +134,7 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
             .map(|map| (map.values.illuminance_lx.clone(), map.values.standard_error_lx.clone(), map.error.estimated))
             .collect();
         let mean_lx = truth_lx.iter().sum::<f64>() / truth_lx.len() as f64;
-        // Errors of stored points are independent: their mean is that much surer.
+        // Errors of the stored points are independent, which makes the error of their mean smaller.
         let stored_error: f64 =
             stored.iter().map(|(.., error)| error * error).sum::<f64>().sqrt() / stored.len() as f64;
         let found = campaign(&of_map, &truth_lx, &weights, 0.0101);
@@ -150,9 +150,10 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
     }
 }
 
-/// Averages of both planes of a room, by walks and by runs through cells, agree within 4.5 of their standard errors (15 degrees of freedom at
-/// least, α < 0.1%): walks to 0.9% and six runs to 1.1%, and 2% off must be seen; in the slow run walks to 0.4%, eight runs to 0.7% on grids twice as
-/// dense, and 1% off. Neighbouring points share walks, so that a plane's average errs by more than independent points would.
+/// Averages of both planes of a room, by walks and by runs through cells, agree within 4.5 of their standard errors (at least 15 degrees of
+/// freedom, α < 0.1 %). Walks run to 0.9 % and six runs to 1.1 %, and 2 % off must be detected. In the slow run walks run to 0.4 %, eight
+/// runs to 0.7 % on grids twice as dense, and 1 % off must be detected. Neighbouring points share walks, so that a plane's average has a
+/// larger error than that of independent points.
 fn agrees_with_walks(text: &str) {
     let (seeds, target_error, fault) = if slow() { (2..10, 0.007, 1.01) } else { (2..8, 0.011, 1.02) };
     let dense = text
@@ -233,7 +234,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
-    /// Time that goes on by half a millisecond whenever somebody looks at the clock.
+    /// A clock that advances by half a millisecond at each reading.
     struct Clock(std::sync::atomic::AtomicU64);
     impl luxmc::solver::Observer for Clock {
         fn wall_s(&self) -> f64 {
@@ -281,7 +282,7 @@ fn a_dark_room_beside_a_lit_one_is_reported_to_be_dark() {
 
 #[test]
 fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
-    // A point source between planes of 200 m at a distance of 1 m: what it lights is a spot within one or two patches.
+    // A point source between planes of 200 m at a distance of 1 m. It lights a spot within one or two patches.
     let scene = scene_of(
         r#"{"version": 1, "materials": {"grey": {"type": "diffuse", "reflectance": 0.5}},
             "geometry": [
@@ -300,10 +301,10 @@ fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
 
 #[test]
 fn error_bars_hold_in_corners_along_edges_and_on_walls() {
-    // A room of six reflectances, 1,140 elements to 2%, 8 seeds (in the slow run to 1%, 24 seeds), against radiosity (0.1%). Bars of the elements hold
-    // for the 95.4% quantile of Student's t in 91 to 99% of the cases on walls, within half a metre of an edge, and in corners; every run is
-    // truly within 1.3 of its target, and all but two (four) within it (α = 0.6% for a rule that keeps 95%). Values off by one bar more (the
-    // planted fault) must fall out everywhere.
+    // A room of six reflectances, 1,140 elements to 2 %, 8 seeds (in the slow run to 1 %, 24 seeds), against radiosity (0.1 %). Bars of the
+    // elements hold for the 95.4 % quantile of Student's t in 91 to 99 % of the cases on walls, within half a metre of an edge, and in
+    // corners. The true error of every run is within 1.3 of its target, and of all but two (four) within it (α = 0.6 % for a rule that
+    // keeps 95 %). Values off by one bar more (the planted fault) must fail everywhere.
     let (seeds, most_off, target_error) = if slow() { (24, 4, 0.01) } else { (8, 2, 0.02) };
     let reflectances =
         [("x_min", 0.5), ("x_max", 0.4), ("y_min", 0.6), ("y_max", 0.5), ("floor", 0.2), ("ceiling", 0.7)];
@@ -331,7 +332,7 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     let errors: Vec<f64> = runs.iter().map(true_error).collect();
     assert!(errors.iter().all(|error| *error <= 1.3 * target_error), "{errors:?}");
     assert!(errors.iter().filter(|error| **error > target_error).count() <= most_off, "{errors:?}");
-    // Walls that an element lies on or near: one on a wall, two along an edge, three in a corner.
+    // Number of walls that an element is on or near: one on a wall, two along an edge, three in a corner.
     let elements = Elements::of(&scene);
     let walls_near = |element: usize| {
         let side = elements.element(element as u32);
@@ -358,8 +359,8 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     }
 }
 
-/// A limit of thirty years makes no haste: the run ends by its target, after about the same work. Not after the very same: how much is
-/// done between two looks at the clock goes by the clock.
+/// A limit of thirty years does not shorten the run: it ends by its target, after about the same work. The work is not exactly the same,
+/// because the amount between two readings of the clock depends on the clock.
 #[test]
 fn a_time_limit_that_is_far_off_makes_no_haste() {
     let scene = cube(0.5, 1.0);
@@ -381,8 +382,8 @@ fn a_time_limit_that_is_far_off_makes_no_haste() {
     assert!(limited.rays < 2 * free.rays && free.rays < 2 * limited.rays, "{} {}", free.rays, limited.rays);
 }
 
-/// Four seeds of an office to 0.3% (twelve in the slow run): at the middle one of its looks, about half of the work done, the rays that the
-/// run will take are known within 30% in the median and within a factor of two in three of four. A forecast that repeats what was done is
+/// Four seeds of an office to 0.3 % (twelve in the slow run). At the middle error check, with about half of the work done, the forecast of
+/// the run's rays is within 30 % in the median, and within a factor of two in three of four runs. A forecast that repeats the work done is
 /// refused.
 #[test]
 fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
@@ -404,8 +405,8 @@ fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
     assert_ne!(holds(ratios(&|row| row.rays as f64)), (true, true));
 }
 
-/// The office's elements, which its target does not bind, have one look beside its receivers, of no more than four million rays, and
-/// the run ends there: it used to go on until the elements met the target too, for 17 times the rays of the receivers.
+/// The target does not bind the office's elements. They get one error check beside the receivers, of at most four million rays, and the run
+/// ends there. It used to continue until the elements met the target too, with 17 times the rays of the receivers.
 #[test]
 fn maps_that_the_target_does_not_bind_hold_no_run_up() {
     let scene = scene("office.json");
@@ -415,8 +416,8 @@ fn maps_that_the_target_does_not_bind_hold_no_run_up() {
     assert!(all.target_met == Some(true) && all.rays < bound.rays + 4_000_000, "{} {}", all.rays, bound.rays);
 }
 
-/// A grey floor in a black box, seen from under the ceiling: all light that is gathered was reflected once, and no chain leaves any on the
-/// floor, so that the pilot sees no chance of deposits. The run ends, soon, and its mean is that of walks within the target of both.
+/// A grey floor in a black box, seen from below the ceiling. All gathered light was reflected once, and no chain deposits any on the floor.
+/// The pilot therefore sees no randomness of deposits. The run ends soon, and its mean agrees with that of walks within the target of both.
 #[test]
 fn surfaces_that_only_luminaires_light_are_gathered_without_chains() {
     let scene = scene_of(

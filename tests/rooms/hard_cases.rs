@@ -1,7 +1,7 @@
-//! Hard cases with exact truths: slits, shared walls, luminaires on surfaces, nine decades of flux, needles, far places.
+//! Hard cases with exact truths: slits, shared walls, luminaires on surfaces, nine decades of flux, needles, distant points.
 //!
-//! Statistical assertions allow [`MOST_DEVIATIONS`] standard errors of 16 replicas (Student's t, 15 degrees of freedom:
-//! α below 1e-6 each); seeds are fixed. Planted faults of a few percent must be refused by the same bounds.
+//! Statistical assertions allow [`MOST_DEVIATIONS`] standard errors of 16 replicas (Student's t, 15 degrees of freedom: α below 1e-6 each).
+//! Seeds are fixed. Planted faults of a few percent must be refused with the same limits.
 
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -24,7 +24,7 @@ fn elements() -> MapSelection {
     MapSelection::All
 }
 
-/// A scene of paint of one reflectance.
+/// A scene of paint with one reflectance.
 fn scene(reflectance: f64, geometry: &str, luminaires: &str, receivers: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1, "materials": {{ "paint": {{ "type": "diffuse", "reflectance": {reflectance} }},
@@ -54,7 +54,7 @@ fn surfaces(solution: &Solution) -> Vec<(String, Estimate, f64)> {
     rows.map(|row| (row.name.clone(), row.average_lx, row.area_m2)).collect()
 }
 
-/// Flux on all surfaces whose name begins so, with its standard error from the replicas, in lm.
+/// Flux in lm on all surfaces whose name begins with `name`, with its standard error from the replicas.
 fn flux_lm(solution: &Solution, name: &str) -> (f64, f64) {
     let rows = map(solution, "elements").tables.iter().filter(|row| row.kind.name() == "surface");
     let chosen: Vec<_> = rows.filter(|row| row.name.starts_with(name)).collect();
@@ -75,7 +75,7 @@ fn is_near((value, error): (f64, f64), exact: f64) -> bool {
 
 #[test]
 fn a_room_that_reflects_all_but_a_ten_thousandth_keeps_its_balance() {
-    // The mean of a closed room is Φ/(S(1 − ρ)). Cut off after 1000 reflections, 10% of it remain.
+    // The mean of a closed room is Φ/(S(1 − ρ)). If chains were cut off after 1000 reflections, 10 % of it would remain.
     let scene = scene(0.9999, &room("r", [0.0; 3], [1.0; 3], "paint"), &lamp([0.5; 3]), "");
     let solution = with_chains(&scene, 1, elements(), 1600);
     let exact = 1000.0 / 1e-4;
@@ -84,8 +84,8 @@ fn a_room_that_reflects_all_but_a_ten_thousandth_keeps_its_balance() {
     assert!(found.1 < 0.1 * exact && !is_near((0.1 * exact, found.1), exact), "{found:?}");
 }
 
-/// A chain of this room has 10,000 rays, and so has a walk: pilots that took their usual numbers would trace 10⁸. Without a
-/// stop at so many rays a time limit could not hold.
+/// In this room a chain has 10,000 rays, and so has a walk. Pilots with their usual numbers of paths would trace 10⁸ rays. Without a limit
+/// of their rays a time limit could not hold.
 #[test]
 fn pilots_in_a_nearly_white_room_end_after_so_many_rays() {
     let receivers = r#"{ "name": "plane", "type": "grid", "origin": [0.1, 0.1, 0.5], "u": [0.8, 0, 0], "v": [0, 0.8, 0], "columns": 20, "rows": 20 }"#;
@@ -108,7 +108,7 @@ fn stage(reflectance: f64) -> Stage {
     Stage::new(&scene(reflectance, &room("r", [0.0; 3], [1.0; 3], "paint"), &lamp([0.5, 0.5, 0.5]), ""))
 }
 
-/// Rays of fifty chains, and how many of them are cut off.
+/// Rays of fifty chains, and how many of the chains are cut off.
 fn rays_of_chains(stage: &Stage) -> (Vec<u64>, usize) {
     let mut stream = Stream::new(7, Purpose::Chains, 0, 0);
     let chains = (0..50).map(|number| {
@@ -136,8 +136,8 @@ fn most(rays: &[u64]) -> u64 {
     rays.iter().copied().max().unwrap_or(0)
 }
 
-/// Counts surfaces, not seconds: in a room that reflects all but a two thousandth, paths meet some 2,000 surfaces. Once time is over
-/// they meet no more than there are between two looks at the clock, and those of usual rooms are as they were.
+/// The test counts surfaces, not seconds. In a room that reflects all but a two thousandth, paths meet some 2,000 surfaces. Once the time
+/// is over, they meet no more than there are between two readings of the clock. Paths in usual rooms do not change.
 #[test]
 fn paths_of_thousands_of_surfaces_end_once_time_is_over() {
     let white = stage(0.9995);
@@ -150,7 +150,7 @@ fn paths_of_thousands_of_surfaces_end_once_time_is_over() {
     white.patience.end_at(Instant::now());
     let (chains, cut) = rays_of_chains(&white);
     assert!(most(&chains) <= SURFACES_BETWEEN_CLOCKS && cut > 25, "{chains:?}, {cut} cut off");
-    // Beside each of its rays a walk has one to the luminaire.
+    // For each of its rays a walk has another one to the luminaire.
     let walks = most(&rays_of_walks(&white));
     assert!(walks <= 2 * SURFACES_BETWEEN_CLOCKS, "{walks}");
     assert!(white.patience.walks_given_up() > 25);
@@ -175,7 +175,7 @@ fn the_dark_side_of_a_shared_wall_gets_exactly_nothing() {
     assert!(values[12..].iter().all(|lx| *lx == 0.0), "{values:?}");
 }
 
-/// Two black rooms of 1 m with a wall between that leaves a slit of this width at y = ½; flux behind it.
+/// Two black rooms of 1 m, separated by a wall with a slit of this width at y = ½. Returns the flux behind it.
 fn flux_through_a_slit_lm(width_m: f64) -> (f64, f64) {
     let half = 0.5 - 0.5 * width_m;
     let wall = |name: &str, y: f64| {
@@ -183,16 +183,16 @@ fn flux_through_a_slit_lm(width_m: f64) -> (f64, f64) {
             r#"{{ "name": "{name}", "type": "rectangle", "origin": [1,{y},0], "u": [0,{half},0], "v": [0,0,1], "material": "black", "two_sided": true }}"#
         )
     };
-    // The far wall in fine elements, so that many of them see the slit.
+    // The far wall has fine elements, so that many of them see the slit.
     let fine = room("r", [0.0; 3], [2.0, 1.0, 1.0], "black").replace('}', r#", "max_element_edge": 0.02 }"#);
     let geometry = format!("{}, {}, {}", fine, wall("w1", 0.0), wall("w2", 0.5 + 0.5 * width_m));
-    // The far end alone, which only light through the slit reaches.
+    // The far end only, which light can reach only through the slit.
     let solution = with_chains(&scene(0.5, &geometry, &lamp([0.5; 3]), ""), 1, elements(), 200_000);
     flux_lm(&solution, "r/x_max")
 }
 
-/// Flux of an isotropic source of 1000 lm through a rectangle a × b, its corner's foot at a distance d: Φ/4π times
-/// the solid angle atan(ab/(d√(a²+b²+d²))).
+/// Flux of an isotropic source of 1000 lm through a rectangle a × b with the foot of the perpendicular at its corner, at a distance d: Φ/4π
+/// times the solid angle atan(ab/(d√(a²+b²+d²))).
 fn flux_through_rectangle_lm(a: f64, b: f64, d: f64) -> f64 {
     1000.0 / (4.0 * PI) * (a * b / (d * (a * a + b * b + d * d).sqrt())).atan()
 }
@@ -201,7 +201,7 @@ fn flux_through_rectangle_lm(a: f64, b: f64, d: f64) -> f64 {
 #[ignore = "takes long: .ci/run runs it"]
 fn the_light_through_a_slit_goes_with_its_width() {
     for width_m in [1e-1, 1e-2, 1e-3] {
-        // On the far wall, 1.5 m away, the slit at 0.5 m shows three times its width, and all of the height.
+        // On the far wall, 1.5 m away, the slit at 0.5 m appears with three times its width and the full height.
         let exact = 4.0 * flux_through_rectangle_lm(1.5 * width_m, 0.5, 1.5);
         let found = flux_through_a_slit_lm(width_m);
         assert!(is_near(found, exact), "{width_m}: {found:?} for {exact}");
@@ -211,7 +211,7 @@ fn the_light_through_a_slit_goes_with_its_width() {
 
 #[test]
 fn luminaires_in_surfaces_light_the_side_that_they_aim_at() {
-    // A Lambertian point in the plane of the ceiling: half of nothing is lost, and E on the floor below is I/h².
+    // A Lambertian point in the plane of the ceiling loses no light, and E on the floor below it is I/h².
     let geometry = room("r", [0.0; 3], [4.0, 4.0, 3.0], "black").replace('}', r#", "max_element_edge": 0.1 }"#);
     let spot = r#"{ "name": "spot", "type": "point", "distribution": "lambertian", "position": [2,2,3], "intensity_cd": 900 }"#;
     let probe = r#"{ "name": "p", "type": "grid", "origin": [2,2,0], "u": [1e-6,0,0], "v": [0,1e-6,0], "columns": 1, "rows": 1 }"#;
@@ -224,7 +224,7 @@ fn luminaires_in_surfaces_light_the_side_that_they_aim_at() {
 
 #[test]
 fn ten_thousand_luminaires_over_nine_decades_add_up() {
-    // Superposition: in a closed room of ρ = ½ the surfaces get twice the flux, whoever sends it.
+    // Superposition: in a closed room of ρ = ½ the surfaces get twice the flux, whatever the sources.
     let geometry = room("r", [0.0; 3], [100.0, 100.0, 3.0], "paint");
     let luminaires: Vec<String> = (0..10_000u32)
         .map(|n| {
@@ -242,7 +242,7 @@ fn ten_thousand_luminaires_over_nine_decades_add_up() {
 
 #[test]
 fn needles_of_a_million_to_one_keep_the_balance() {
-    // A floor of 64 strips, each 1 m long and 1 µm wide, beside a floor that begins where they end.
+    // A floor of 64 strips, each 1 m long and 1 µm wide, next to a floor that begins where they end.
     let strip_m = 1e-6;
     let edge_m = 64.0 * strip_m;
     let mut geometry: Vec<String> = (0..64u32)

@@ -1,7 +1,7 @@
 //! Smooth bodies of spherical harmonics against truths that need no mesh.
 //!
-//! Comparisons with chance allow 5 standard errors of 16 replicas (t with 15 degrees of freedom, some 2e-4 each) with the seed below,
-//! and must see a planted fault of 2%.
+//! Comparisons with randomness allow 5 standard errors of 16 replicas (t with 15 degrees of freedom, some 2e-4 each) with the seed below.
+//! They must detect a planted fault of 2 %.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -72,7 +72,7 @@ fn a_closed_lumpy_body_holds_its_light_and_leaks_none() {
     let solution = solved(&scene, Method::Collision, 400_000, MapSelection::Elements);
     let values = &solution.maps[0].values;
     let mean_lx = mean_of(&scene, &solution, "body", |index| values.illuminance_lx[index]);
-    // 400,000 chains of 10/3 arrivals each: their number has the variance ρ/(1−ρ)² a chain.
+    // 400,000 chains with 10/3 arrivals each: the number of arrivals has the variance ρ/(1−ρ)² per chain.
     let sigma = (0.7f64 / 0.3 / 0.3 / 400_000.0).sqrt() * 0.3;
     let off = (mean_lx / expected_lx - 1.0) / sigma;
     assert!(off.abs() < WITHIN, "{mean_lx} {expected_lx}: {off} σ");
@@ -96,11 +96,12 @@ fn white_bodies_change_nothing_in_an_isothermal_room_whatever_the_method() {
     let plane = r#"{ "name": "plane", "type": "grid", "origin": [0.5,0.5,0.2], "u": [3,0,0], "v": [0,3,0], "columns": 3, "rows": 3 }"#;
     let scene = scene_of(materials, &geometry, walls, plane);
     let expected_lx = 100.0 * PI;
-    // What cells of a gathering have in common by chance is no part of an element's standard error: it takes enough packets.
+    // The random error that cells of a gathering share is no part of an element's standard error. The number of packets must be large
+    // enough.
     for (method, chains) in [(Method::Collision, 200_000), (Method::Local, 20_000), (Method::Gather, 400_000)] {
         let solution = solved(&scene, method, chains, MapSelection::All);
         for map in &solution.maps {
-            // A share of 5 σ, for the largest of some thousand elements 6.
+            // The limit is 5 σ for the points and 9 σ for each of some thousand elements.
             let within = if map.values.illuminance_lx.len() > 100 { 9.0 } else { WITHIN };
             for (index, (lx, error_lx)) in
                 map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx).enumerate()
@@ -128,7 +129,7 @@ fn rays_leave_the_side_they_start_from_and_meet_what_is_there() {
     let lamp = r#"{ "name": "lamp", "type": "point", "position": [0,0,9], "luminous_flux_lm": 1000 }"#;
     let scene = scene_of(r#""white": { "type": "diffuse", "reflectance": 0.5 }"#, &geometry, lamp, "");
     let (tracer, body) = (Tracer::new(&scene), &scene.bodies[0]);
-    // The scene is a thousand times as large as the body, so that f32 is 30 µm.
+    // The scene is a thousand times as large as the body, so that f32 resolves 30 µm.
     let mut again = 0;
     for k in 0..20_000u32 {
         let k_f = f64::from(k);
@@ -141,7 +142,7 @@ fn rays_leave_the_side_they_start_from_and_meet_what_is_there() {
             continue;
         }
         match tracer.first_hit(&tracer.surface_origin(triangle, at, side), towards) {
-            // From inside the inside is met, and from outside the outside, or what is beyond.
+            // A ray from inside meets the inside. A ray from outside meets the outside or what is beyond.
             Meeting::Surface(hit) if body.triangles.contains(&hit.triangle) => {
                 assert_eq!(hit.side, side, "ray {k}");
                 let met_m = body.place(hit.triangle, hit.barycentric).0;
@@ -194,7 +195,7 @@ fn an_ellipsoid_is_fitted_with_the_error_that_is_reported() {
         let fit = fit_harmonics(&scene, degree).expect("star-shaped");
         assert!(fit.center_m.length() < 1e-6 && fit.rms_error_m < last);
         last = fit.rms_error_m;
-        // Against the ellipsoid itself, of which the mesh misses some 3e-4.
+        // Compared with the ellipsoid itself, from which the mesh differs by some 3e-4.
         let differences = (0..4000).map(|k| {
             let d = direction(1.0 - (f64::from(k) + 0.5) / 2000.0, 2.4 * f64::from(k));
             (fit.series.value_and_slope(d).0 - exact(d)).powi(2)
@@ -202,7 +203,7 @@ fn an_ellipsoid_is_fitted_with_the_error_that_is_reported() {
         let rms_m = (differences.sum::<f64>() / 4000.0).sqrt();
         assert!((rms_m - fit.rms_error_m).abs() < 5e-4, "degree {degree}: {rms_m} and {} told", fit.rms_error_m);
         if degree == 20 {
-            // Volume 4π/3 abc, by the series; the mesh's is 0.1% smaller.
+            // Volume 4π/3 abc, by the series. The mesh's volume is 0.1 % smaller.
             let series = HarmonicSeries::new(fit.series.coefficients().to_vec());
             let text = format!(
                 r#"{{ "name": "b", "type": "spherical_harmonics", "coefficients": [{}], "material": "m" }}"#,

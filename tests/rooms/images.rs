@@ -1,5 +1,5 @@
-//! Walks beside chains where light comes by way of flat mirrors, curved ones and sheets close to a lamp: walks look at images and look
-//! back from what lamps light, chains do neither.
+//! Walks compared with chains for light through flat mirrors, curved mirrors and sheets close to a lamp. Walks use light samples of images
+//! and light-path connections from the surfaces that lamps light. Chains use neither.
 
 use std::path::Path;
 
@@ -77,8 +77,8 @@ const FLOOR: &str = r#"{ "name": "floor", "type": "grid", "origin": [0.125,0.125
 const ROOM: &str =
     r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "grey" }"#;
 
-/// A panel that a screen hides from the points, and a mirror that shows it: what arrives is 0.9 times the illuminance of the image,
-/// by rays drawn evenly and by guided ones. N = 8 seeds of 256 walks from 35 points, 4 % (the planted fault) is seen.
+/// A screen hides a panel from the points, and a mirror shows it. The points get 0.9 times the illuminance of the image, with uniform rays
+/// and with guided ones. N = 8 seeds of 256 walks from 35 points; 4 % (the planted fault) is detected.
 #[test]
 fn a_panel_that_a_mirror_alone_shows_has_its_exact_illuminance() {
     let geometry = r#"
@@ -88,7 +88,7 @@ fn a_panel_that_a_mirror_alone_shows_has_its_exact_illuminance() {
     let light = r#"{ "name": "light", "type": "area", "surface": "panel", "exitance_lm_m2": 20000 }"#;
     let points = r#"{ "name": "points", "type": "grid", "origin": [0.2,-2,0.1], "u": [1.4,0,0], "v": [0,4,0], "columns": 5, "rows": 7 }"#;
     let scene = scene(geometry, light, points);
-    // The image's front looks to +x.
+    // The image's front faces +x.
     let image_m =
         [[-1.8, -0.2, 1.0], [-1.8, 0.2, 1.0], [-1.8, 0.2, 1.4], [-1.8, -0.2, 1.4]].map(glam::DVec3::from_array);
     let points = &scene.receivers[0].points;
@@ -101,8 +101,8 @@ fn a_panel_that_a_mirror_alone_shows_has_its_exact_illuminance() {
     }
 }
 
-/// A panel in a room with a flat mirror, a mirrored ball and a glossy cupboard: what looks at images find is what rays no longer
-/// count. N = 8 seeds; 5 % more (the planted fault) is seen.
+/// A panel in a room with a flat mirror, a mirrored ball and a glossy cupboard. Light samples of images must contain exactly what rays no
+/// longer count. N = 8 seeds; 5 % more (the planted fault) is detected.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn walks_that_look_into_flat_mirrors_find_what_chains_find() {
@@ -119,11 +119,11 @@ fn walks_that_look_into_flat_mirrors_find_what_chains_find() {
     agree("auto", by_walks(&scene, Method::Auto, 512), chains, 1.05);
 }
 
-/// A lamp between four sheets that let a part of its light through: walks look back at both sides of the sheets. N = 8 seeds; 6 % more
-/// (the planted fault) is seen.
+/// A lamp between four translucent sheets. Light-path connections start from both sides of the sheets. N = 8 seeds; 6 % more (the planted
+/// fault) is detected.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
-fn walks_that_look_back_from_a_shade_find_what_chains_find() {
+fn walks_that_connect_to_packets_from_a_shade_find_what_chains_find() {
     let side = |name: &str, origin: &str, u: &str| {
         format!(
             r#"{{ "name": "{name}", "type": "rectangle", "origin": {origin}, "u": {u}, "v": [0,0,0.3], "material": "shade", "two_sided": true }}"#

@@ -1,18 +1,17 @@
-//! Closed rooms are closed: of millions of rays in diffuse chains, many aimed straight at edges and corners, not one
-//! escapes and not one meets a back.
+//! Closed rooms are closed: of millions of rays in diffuse chains, many aimed at edges and corners, none escapes and none meets a back.
 //!
-//! The counts are exact zeros, not statistics: α does not apply. A room with one corner moved by 1e-4 of its size is
-//! the planted fault that the same harness must find. `LUXMC_SLOW_TESTS=1` follows 1e8 rays in all instead of 10 million.
+//! The counts are exact zeros, not statistics: α does not apply. A room with one corner moved by 1e-4 of its size is the planted fault that
+//! the same harness must find. `LUXMC_SLOW_TESTS=1` traces 1e8 rays in all instead of 10 million.
 
 use glam::{DQuat, DVec3};
 use luxmc::geometry::{Meeting, Tracer};
 use luxmc::scene::{BsdfParameters, Material, Scene, Side, Surface};
 
-/// Rays in a room at a place in the fast gate.
+/// Rays per room and position in the fast tests.
 const RAYS: u64 = 100_000;
-/// Rays in a room at a place where slow tests are asked for.
+/// Rays per room and position in the slow tests.
 const SLOW_RAYS: u64 = 1_500_000;
-/// Least cosine at which a ray is aimed off its surface: a flatter one starts inside what f32 leaves of the surface.
+/// Smallest cosine at which a ray is aimed off its surface. A flatter ray starts inside the surface as rounded to f32.
 const LEAST_COSINE: f64 = 1e-4;
 
 fn rays() -> u64 {
@@ -29,7 +28,7 @@ struct Tally {
 
 const CLOSED: Tally = Tally { escapes: 0, backs: 0, strangers: 0 };
 
-/// Follows diffuse chains from a place inside; every second ray is aimed at a corner or an edge of the scene.
+/// Follows diffuse chains from a point inside. Every second ray is aimed at a corner or an edge of the scene.
 fn chains(mesh: &Mesh, inside_m: DVec3, room: std::ops::Range<u32>, rays: u64, seed: u64) -> Tally {
     let scene = mesh.scene();
     let tracer = Tracer::new(&scene);
@@ -90,7 +89,7 @@ fn chains_of_one(
     tally
 }
 
-/// Towards a corner of the scene, or somewhere on an edge.
+/// Direction to a corner of the scene, or to some point on an edge.
 fn aim(scene: &Scene, from_m: DVec3, random: &mut Random) -> DVec3 {
     let triangle = (random.uniform() * scene.triangles.len() as f64) as u32;
     let [a, b, c] = scene.corners_m(triangle);
@@ -160,7 +159,7 @@ fn rooms() -> Vec<(&'static str, Mesh, DVec3)> {
 #[test]
 fn a_corner_moved_by_a_ten_thousandth_is_found() {
     let mut mesh = Mesh::cuboid(DVec3::ZERO, DVec3::ONE, 4, true);
-    // The corner of one triangle comes loose and turns up a little inside.
+    // The corner of one triangle is detached and lifted a little to the inside.
     let loose = mesh.triangles[20][0];
     let moved_m = mesh.vertices_m[loose as usize] + 1e-4 * DVec3::new(0.3, 0.5, 0.8);
     mesh.triangles[20][0] = mesh.vertices_m.len() as u32;
@@ -173,7 +172,7 @@ fn a_corner_moved_by_a_ten_thousandth_is_found() {
 #[test]
 fn nothing_passes_between_rooms_that_share_a_wall() {
     for (place, moved) in places() {
-        // The shared wall is two skins back to back, divided differently.
+        // The shared wall consists of two layers back to back with different divisions.
         let mut both = Mesh::cuboid(DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, 0.8, 0.6), 3, true);
         let first = both.triangles.len() as u32;
         both.add(Mesh::cuboid(DVec3::new(0.0, -0.2, 0.0), DVec3::new(0.9, 0.7, 0.6), 4, true));
@@ -197,7 +196,7 @@ impl Mesh {
         self.triangles.extend(other.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
     }
 
-    /// The number of a vertex, which is shared with all that stand exactly there.
+    /// Number of a vertex. Vertices at exactly the same position share one.
     fn vertex(&mut self, point_m: DVec3) -> u32 {
         let known = self.vertices_m.iter().position(|vertex_m| *vertex_m == point_m);
         known.unwrap_or_else(|| {
@@ -206,7 +205,7 @@ impl Mesh {
         }) as u32
     }
 
-    /// A conforming box whose faces are cut into n × n squares.
+    /// A conforming box whose faces are divided into n × n squares.
     fn cuboid(low: DVec3, high: DVec3, n: u32, inward: bool) -> Mesh {
         let mut mesh = Mesh::default();
         let mut known = std::collections::HashMap::new();
@@ -279,7 +278,7 @@ impl Mesh {
         let [a, b, c] = outline.map(|point| mesh.vertex(point));
         let [d, e, f] = outline.map(|point| mesh.vertex(point + DVec3::Y));
         mesh.triangles = vec![[a, c, b], [d, e, f], [a, b, e], [a, e, d], [b, c, f], [b, f, e], [c, a, d], [c, d, f]];
-        // Turn all fronts to the middle.
+        // Turn all fronts to the centre.
         let middle = mesh.vertices_m.iter().sum::<DVec3>() / 6.0;
         let vertices_m = &mesh.vertices_m;
         for corners in &mut mesh.triangles {
@@ -291,7 +290,7 @@ impl Mesh {
         mesh
     }
 
-    /// A convex solid that stands on the plane z = 0 and leans out all around by 45 degrees and more.
+    /// A convex solid on the plane z = 0 that overhangs on all sides by 45 degrees and more.
     fn overhang() -> Mesh {
         let mut mesh = Mesh::cuboid(DVec3::new(0.3, 0.3, 0.0), DVec3::new(0.5, 0.45, 0.15), 1, false);
         for vertex_m in &mut mesh.vertices_m {

@@ -8,7 +8,7 @@ use luxmc::solver::{ConvergenceRow, MapSelection, Solution, StopReason};
 
 use crate::common::{T15_QUANTILE_95_4, cube, scene, slow, to_target, with_chains};
 
-/// Area mean of the indirect light of the element map, lx, and its standard error from the seeds' spread.
+/// Mean by area of the indirect light of the element map in lx.
 fn mean_indirect_lx(scene: &Scene, solution: &Solution) -> f64 {
     let elements = Elements::of(scene);
     let map = &solution.maps[0];
@@ -30,9 +30,9 @@ fn mean_and_error(values: &[f64]) -> Estimate {
 
 #[test]
 fn cie_171_case_5_8_averages_are_met() {
-    // Eight seeds (0 to 7): the mean within 3.5 standard errors (t with 7 degrees of freedom, α = 1%) of ≤ 0.2%
-    // (0.1% in the slow run), and a reflectance that is 1% off, which makes 4% and more, must be seen.
-    // A chain's hits spread as widely as their mean, so 0.1% takes a million chains: that and 0.99 are left to the slow run.
+    // Eight seeds (0 to 7): the mean is within 3.5 standard errors (t with 7 degrees of freedom, α = 1 %), and the standard error is ≤ 0.2
+    // % (0.1 % in the slow run). A reflectance that is 1 % off, which changes the mean by 4 % and more, must be detected. A chain's hits
+    // scatter as widely as their mean, so that 0.1 % takes a million chains. That and the reflectance 0.99 are left to the slow run.
     let (share, most_error) = if slow() { (1, 1e-3) } else { (4, 2e-3) };
     let cases = [(0.8, 1_250.0 / 3.0, 170_000), (0.95, 23_750.0 / 12.0, 170_000), (0.99, 10_312.5, 400_000)];
     for (reflectance, average_lx, chains) in cases.into_iter().take(if slow() { 3 } else { 2 }) {
@@ -52,8 +52,8 @@ fn cie_171_case_5_8_averages_are_met() {
 
 #[test]
 fn the_map_of_the_cube_is_that_of_radiosity_with_exact_form_factors() {
-    // Receivers on the floor and elements of the floor at ρ = 0.8 against an independent road: pooled over 6 seeds
-    // (N = 384 and 768 correlated values), |z| inside its own quantile in 95.4% ± 4%.
+    // Receivers on the floor and elements of the floor at ρ = 0.8 against an independent method. Pooled over 6 seeds (N = 384 and 768
+    // correlated values), |z| is inside its own quantile in 95.4 % ± 4 %.
     let reflectance = 0.8;
     let room = BoxRoom {
         size_m: [4.0; 3],
@@ -92,8 +92,8 @@ fn the_map_of_the_cube_is_that_of_radiosity_with_exact_form_factors() {
     assert!(bias.abs() < 0.002, "mean deviation {bias}");
 }
 
-/// Shrinks everything that stands in the room by a hundredth about its own middle: surfaces that lie on each other, whose
-/// illuminance would be a matter of taste, get gaps of 0.25 mm and more between them, in which the truth holds too.
+/// Shrinks every object in the room by a hundredth about its own centre. Surfaces that touch, whose illuminance would not be defined, then
+/// have gaps of at least 0.25 mm, in which the truth holds too.
 fn open_gaps(scene: &mut Scene) {
     let mut part: Vec<usize> = (0..scene.vertices_m.len()).collect();
     let mut changed = true;
@@ -116,7 +116,7 @@ fn open_gaps(scene: &mut Scene) {
     }
 }
 
-/// The office with every surface shining as its own reflectance leaves room for: luminance 1000/π cd/m² everywhere.
+/// The office with every surface emitting what its own reflectance leaves: luminance 1000/π cd/m² everywhere.
 fn isothermal_office() -> (Scene, f64) {
     let mut scene = scene("office.json");
     open_gaps(&mut scene);
@@ -140,7 +140,7 @@ fn isothermal_office() -> (Scene, f64) {
             }
         })
         .collect();
-    // Coarse elements: the truth is the same on any, and a run is over sooner.
+    // Coarse elements: the truth is the same for all, and a run is shorter.
     scene.divisions.iter_mut().for_each(|divisions| *divisions = (*divisions).min(3));
     let grid = scene.receivers.swap_remove(0);
     let points = grid.points.into_iter().step_by(13).filter(|point| !point.inside).collect();
@@ -158,9 +158,9 @@ fn isothermal_office() -> (Scene, f64) {
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn an_isothermal_office_has_the_same_illuminance_everywhere_within_its_error_bars() {
-    // Kirchhoff: E = πL₀ at every element and receiver. Pooled over the seeds, |z| lies within Student's quantile at 15
-    // degrees of freedom in 95.4% ± 2% (200 seeds in the slow run, 8 here with ± 3%), the mean within 4.5 of its errors (t with 7 degrees of
-    // freedom, α = 0.3%). A truth moved by 1% must be seen in the mean.
+    // Kirchhoff: E = πL₀ at every element and receiver. Pooled over the seeds, |z| is within Student's quantile with 15 degrees of freedom
+    // in 95.4 % ± 2 % (200 seeds in the slow run; 8 here with ± 3 %). The mean is within 4.5 of its errors (t with 7 degrees of freedom, α
+    // = 0.3 %). A truth moved by 1 % must be detected by the mean.
     let (scene, truth_lx) = isothermal_office();
     let seeds = if slow() { 200 } else { 8 };
     let tolerance = if slow() { 0.02 } else { 0.03 };
@@ -208,9 +208,9 @@ fn a_black_scene_traces_no_chains() {
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
 fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
-    // 40 seeds: once 2% of the rays are traced, the forecast lies within 5% of the rays really needed in 9 of 10 runs, and
-    // its 90% interval holds them in 31 or more (fewer: once in 200 times); one of a sixteenth of the width is refused (an eighth of what lies
-    // above, where the interval holds a refusal by a check, is as wide as most runs scatter).
+    // 40 seeds. Once 2 % of the rays are traced, the forecast is within 5 % of the rays really needed in 9 of 10 runs. Its 90 % interval
+    // contains them in 31 or more (fewer: once in 200 times). An interval with a sixteenth of the width is refused. (An eighth of the upper
+    // part, where the interval allows for a refusal by a check, is as wide as the scatter of most runs.)
     let scene = cube(0.8, 0.75);
     let seeds = 40;
     let (mut good, mut held, mut held_by_a_sixteenth) = (0, 0, 0);
@@ -232,8 +232,9 @@ fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
 
 #[test]
 fn runs_that_say_target_met_are_at_or_under_it() {
-    // True relative RMS error of the element map of the cube when the run said "target met": at least 92.5% of the seeds,
-    // and no more than 1.3 times the chains of an oracle that stops where the expected error is the target.
+    // True relative RMS error of the cube's element map when the run reported "target met". It is at or below the target in at least 92.5 %
+    // of 300 seeds in the slow run, and 90 % of 80 seeds otherwise. The runs take at most 1.3 times the chains of an oracle that stops when
+    // the expected error equals the target.
     let reflectance = 0.5;
     let scene = cube(reflectance, 1.5);
     let elements = Elements::of(&scene);
@@ -272,7 +273,7 @@ fn runs_that_say_target_met_are_at_or_under_it() {
     }
     let share = f64::from(met) / seeds as f64;
     assert!(share >= if slow() { 0.925 } else { 0.90 }, "{met} of {seeds} truly met");
-    // Expected squared error times chains is a constant of the estimator: the oracle's chains follow from it.
+    // Expected squared error times chains is a constant of the estimator. It gives the oracle's chains.
     let oracle = true_squares / seeds as f64 / (target_error * target_error);
     let cost = chains / seeds as f64 / oracle;
     assert!(cost < 1.3, "{cost} times the oracle's chains");

@@ -10,8 +10,7 @@ use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 use crate::common::Silent;
 
-/// Standard errors within which all values of one test must lie: α = 1e-6 for some tens of values, with 15 degrees
-/// of freedom.
+/// Limit in standard errors for all values of one test: α = 1e-6 for some tens of values, with 15 degrees of freedom.
 const MOST_DEVIATIONS: f64 = 8.0;
 
 fn scene(json: &str) -> Scene {
@@ -36,17 +35,18 @@ fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {
     solution.maps.iter().find(|map| map.name == name).expect("the map was asked for")
 }
 
-/// Faults that tests plant into their exact values and must find. Most find 2%.
+/// Faults that tests plant into their exact values and must find. Most find 2 %.
 const PLANTED: f64 = 1.02;
 /// Small surfaces get few chains.
 const PLANTED_IN_SMALL: f64 = 1.04;
-/// Single walls of the cylinder get fewer; their mean finds 1%.
+/// Single walls of the cylinder get fewer. Their mean finds 1 %.
 const PLANTED_IN_WALLS: f64 = 1.07;
-/// A white furnace multiplies a fault of its material by 1/(1 − ρ) = 10: a reflectance of 0.91 in the place of 0.9, 1.1% of the material, makes this.
+/// A white furnace multiplies a fault of its material by 1/(1 − ρ) = 10. A reflectance of 0.91 instead of 0.9, 1.1 % of the material, gives
+/// this.
 const PLANTED_IN_FURNACE: f64 = 1.11;
 
-/// Asserts that every entry of a map is the exact value within its own error bar, and the error bar below a bound. Exact values
-/// that are off by the planted fault are refused.
+/// Asserts that every entry of a map has the exact value within its own error bar, and that the error bar is below a limit. Exact values
+/// changed by the planted fault must be refused.
 fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, planted: f64, what: &str) {
     for (entry, (value, error)) in map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx).enumerate() {
         let expected = exact(entry);
@@ -65,7 +65,7 @@ fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, 
     assert!(is_refused, "{what}: exact values {planted} times as large would pass");
 }
 
-/// Asserts that the mean over a map is the exact value within 0.3% and its error bar.
+/// Asserts that the mean over a map is the exact value within 0.3 % and its error bar.
 fn assert_average(map: &MapResult, name: &str, exact: f64, tolerance: f64, planted: f64) {
     let row = map.tables.iter().find(|row| row.name == name).expect("a row of that name");
     let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
@@ -85,8 +85,8 @@ fn points_file(name: &str, rows: &[[f64; 6]]) -> String {
     path.display().to_string()
 }
 
-/// Two parallel mirrors x = 0 and x = 4, a black floor, an isotropic source of 10,000 lm at (1, 0, 2): the images
-/// stand at 8k ± 1. Exact values by summing them.
+/// Two parallel mirrors x = 0 and x = 4, a black floor, an isotropic source of 10,000 lm at (1, 0, 2). The images are at 8k ± 1. Exact
+/// values are sums over them.
 #[test]
 fn images_in_two_parallel_mirrors_are_found_once_each() {
     let places = [0.5, 1.0, 2.0, 3.0, 3.5];
@@ -117,7 +117,7 @@ fn images_in_two_parallel_mirrors_are_found_once_each() {
     }
 }
 
-/// A room whose every surface emits (1 − ρ − τ)πL₀ has L₀ everywhere: any geometry, any material.
+/// A room in which every surface emits (1 − ρ − τ)πL₀ has L₀ everywhere, for any geometry and any material.
 #[test]
 fn an_isothermal_room_of_gloss_mirrors_panes_and_shades_is_evenly_lit() {
     const L0: f64 = 100.0;
@@ -197,7 +197,7 @@ fn an_isothermal_room_of_gloss_mirrors_panes_and_shades_is_evenly_lit() {
     assert!(check.z_score.abs() < 4.5, "{check:?}");
 }
 
-/// A closed room of one material: mean E = Φ/(S(1 − ρ)), and where every face emits alike E = M/(1 − ρ) at each point.
+/// A closed room of one material: mean E = Φ/(S(1 − ρ)). If every face emits equally, E = M/(1 − ρ) at each point.
 #[test]
 fn white_furnaces_of_every_material_keep_their_light() {
     let materials = [
@@ -244,7 +244,7 @@ fn white_furnaces_of_every_material_keep_their_light() {
     }
 }
 
-/// A point source before a pane: behind it E = T(θ) I cos θ/d², T of a clear pane of n = 1.52.
+/// A point source in front of a pane: behind it E = T(θ) I cos θ/d², with T of a clear pane of n = 1.52.
 #[test]
 fn light_through_a_pane_is_direct_and_dimmed_by_its_angle() {
     let table = [0.9183, 0.9183, 0.9179, 0.9160, 0.9095, 0.8912, 0.8435, 0.7247, 0.4560];
@@ -271,15 +271,15 @@ fn light_through_a_pane_is_direct_and_dimmed_by_its_angle() {
         assert!((values.direct_lx[i] / expected - 1.0).abs() < 2e-4, "{} {expected}", values.direct_lx[i]);
         assert!(values.indirect_lx[i] < 1e-9 * expected, "nothing is reflected back to the floor");
     }
-    // Forward chains agree: what arrives directly on the floor's elements is not deposited again.
+    // Forward chains agree: direct light on the floor's elements is not deposited a second time.
     let elements = map(&solution, "elements");
     assert!(elements.values.indirect_lx.iter().take(2).all(|lx| *lx == 0.0));
     let balance = solution.flux_balance.expect("chains were traced");
     assert!((balance.absorbed_lm + balance.escaped_lm + balance.back_face_lm) / balance.emitted_lm - 1.0 < 1e-12);
 }
 
-/// Glazing as its maker tells it: straight behind a pane of visible transmittance τ, a share f of which is glass, a lamp of 1000 cd brings τ f 1000/4 lx
-/// from 2 m. A hundredth more glass, the planted fault, is not met.
+/// Glazing as its manufacturer specifies it. Directly behind a pane of visible transmittance τ, of which a share f is glass, a lamp of 1000
+/// cd gives τ f 1000/4 lx at 2 m. With one hundredth more glass, the planted fault, the value does not agree.
 #[test]
 fn a_pane_lets_pass_its_visible_transmittance_where_it_is_glass() {
     let points = points_file("glazing.csv", &[[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]);
@@ -298,7 +298,7 @@ fn a_pane_lets_pass_its_visible_transmittance_where_it_is_glass() {
     }
 }
 
-/// An infinite cylinder of R = 1 closed by two perfect mirrors, which make a line source of a point: Fourier series.
+/// An infinite cylinder of R = 1 closed by two perfect mirrors, which turn a point source into a line source: Fourier series.
 #[test]
 fn a_cylinder_between_perfect_mirrors_is_infinite() {
     const SIDES: u32 = 48;
@@ -368,7 +368,7 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
     }
 }
 
-/// A mirror ball has too many facets to look for points in: receivers say so, area luminaires are found all the same.
+/// A mirrored ball has too many facets for the search for images of points. Receivers report this. Area luminaires are still found.
 #[test]
 fn what_walks_cannot_find_is_named() {
     let json = |luminaire: &str| {

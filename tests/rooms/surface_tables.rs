@@ -1,4 +1,4 @@
-//! Uniformities of surfaces: the same whatever the elements, without what is covered, and none where there are too few.
+//! Uniformities of surfaces: independent of the elements, without areas hidden by contact, and missing if there are too few elements.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +9,7 @@ use luxmc::solver::{ElementChoice, MapSelection, Observer, Progress, Settings, s
 
 use crate::common::Silent;
 
-/// The rows of a room of 4 m × 3 m × 2.5 m with a lamp near a corner, with elements as long as given, and more geometry.
+/// Table rows of a room of 4 m × 3 m × 2.5 m with a lamp near a corner. `edge_m` is the edge of the elements, `more` is further geometry.
 fn rows(edge_m: &str, more: &str, elements: ElementChoice, ends: Settings, observer: &dyn Observer) -> Vec<TableRow> {
     let text = format!(
         r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -29,8 +29,8 @@ fn row_of<'a>(rows: &'a [TableRow], name: &str) -> &'a TableRow {
     rows.iter().find(|row| row.name == name).expect("every surface has a row")
 }
 
-/// Elements of 0.15 and of 0.3 m and those that adapt give one U0, within five of its errors and the 2% that elements of a quarter
-/// of a cell may smooth; two triangles, which would give 0.99 (the fault that was), give none.
+/// Elements of 0.15 m and 0.3 m and adaptive ones give the same U0, within five of its errors and the 2 % that elements of a quarter of a
+/// cell can smooth. Two triangles, which would give 0.99 (a past fault), give none.
 #[test]
 fn uniformities_do_not_depend_on_the_elements() {
     let given = |edge_m: &str| rows(edge_m, "", ElementChoice::Given, to_3_percent(), &Silent);
@@ -60,8 +60,8 @@ fn assert_covered_by_the_cupboard(floor: &TableRow) {
     assert!(floor.minimum_lx.value > 0.02 * floor.average_lx.value && floor.uniformity_u0.value < 0.9, "{floor:?}");
 }
 
-/// A cupboard covers 1 m² of the floor: that is told, and the darkness under it is no minimum, with given elements as with those
-/// that adapt.
+/// A cupboard hides 1 m² of the floor. The hidden area is reported, and the darkness under it is no minimum. This holds for given and for
+/// adaptive elements.
 #[test]
 fn what_is_covered_is_reported_and_does_not_count() {
     for (edge_m, elements) in [(r#", "max_element_edge": 0.15"#, ElementChoice::Given), ("", ElementChoice::Adaptive)] {
@@ -72,7 +72,7 @@ fn what_is_covered_is_reported_and_does_not_count() {
     }
 }
 
-/// Interrupts a run once it has gone on to a smaller error than this, whatever the time.
+/// Interrupts a run once its error is smaller than the first field, whatever the time.
 struct Until(f64, AtomicBool);
 
 impl Observer for Until {
@@ -85,8 +85,8 @@ impl Observer for Until {
     }
 }
 
-/// The same where a run is interrupted, as it is where a limit of time ends it (the fault that was: no darkness was known as covered then,
-/// and Emin was 0).
+/// The same for an interrupted run, as when a time limit ends it. (The past fault: no darkness was known as hidden by contact then, and
+/// Emin was 0.)
 #[test]
 fn what_is_covered_does_not_count_where_a_run_is_interrupted() {
     let ends = Settings { target_error: Some(0.005), ..Settings::default() };
@@ -96,8 +96,8 @@ fn what_is_covered_does_not_count_where_a_run_is_interrupted() {
     assert_covered_by_the_cupboard(row_of(&rows, "room/floor"));
 }
 
-/// The cupboard's bottom and the side at the wall, two triangles each without a grid, see nothing: they are told as covered and show
-/// nothing, where they were told as faces of 0 lx. Its top shows as a whole.
+/// The cupboard's bottom and its side at the wall, two triangles each without a grid, receive nothing. They are reported as hidden by
+/// contact and show nothing; before, they were reported as faces of 0 lx. Its top shows completely.
 #[test]
 fn what_is_wholly_covered_leaves_averages_without_a_grid() {
     let rows = rows("", CUPBOARD, ElementChoice::Given, to_3_percent(), &Silent);
@@ -109,8 +109,8 @@ fn what_is_wholly_covered_leaves_averages_without_a_grid() {
     }
 }
 
-/// A black floor of 3 m × 3 m under a lattice of lamps of 1 cd, 0.4 m over it and 1 m apart, has hollows of light between them. Mean in lx
-/// over a square of it, by the inverse square law at the middles of so many squares a side.
+/// A black floor of 3 m × 3 m under a lattice of lamps of 1 cd, 0.4 m above it and 1 m apart, with dark hollows between them. Returns the
+/// mean in lx over a square of it, by the inverse square law at the centres of `squares` squares per side.
 fn mean_under_lamps_lx(corner_m: [f64; 2], side_m: f64, squares: u32) -> f64 {
     let lamp_lx = |x: f64, y: f64, column: i32, row: i32| {
         0.4 / ((x - f64::from(column)).powi(2) + (y - f64::from(row)).powi(2) + 0.4 * 0.4).powf(1.5)
@@ -124,9 +124,9 @@ fn mean_under_lamps_lx(corner_m: [f64; 2], side_m: f64, squares: u32) -> f64 {
     sum_lx / f64::from(squares * squares)
 }
 
-/// The least of the 7 × 7 cells of EN 12464-1 lies in the hollow in the middle, and elements of 0.2 m that reach beyond its rim are
-/// brighter than what of them lies inside: by their means Emin and U0 are 2.0% too high (the fault that was), by planes through them they
-/// are true to 0.8%, five times what chance leaves.
+/// The darkest of the 7 × 7 cells of EN 12464-1 is in the hollow in the middle. Elements of 0.2 m that reach beyond its rim are brighter
+/// than their part inside. With their means, Emin and U0 are 2.0 % too high (a past fault). With planes through them, they are accurate to
+/// 0.8 %, five times the random error.
 #[test]
 fn least_values_in_a_hollow_of_light_are_not_those_of_its_rim() {
     let cell_m = 3.0 / 7.0;

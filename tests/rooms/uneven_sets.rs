@@ -1,16 +1,16 @@
-//! Sets whose points scatter very differently: walks are shared out among them.
+//! Sets whose points scatter very differently: the walks are divided unevenly among them.
 
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method};
 
 use crate::common::{scene_of, to_target_by};
 
-/// Directions of the eye into the lit part of the room, and into the part behind the partition.
+/// Numbers of the eye's directions into the lit part of the room, and into the part behind the partition.
 const LIT: usize = 8;
 const DIM: usize = 88;
 
-/// A room with a partition that leaves a gap of half a metre, in which an eye stands. The lamp is on one side. Something glossy outside of
-/// it lets `auto` take walks.
+/// A room with a partition that leaves a gap of half a metre, in which an eye is placed. The lamp is on one side. A glossy object outside
+/// of the room makes `auto` choose walks.
 fn seen_on_either_side() -> Scene {
     let lit = (0..LIT).map(|index| format!("[-1, {}, {}]", -0.4 - 0.05 * index as f64, 0.1 * (index % 4) as f64));
     let dim = (0..DIM).map(|index| format!("[{}, -1, {}]", 0.5 + 0.1 * (index % 11) as f64, 0.1 * (index / 11) as f64));
@@ -30,10 +30,10 @@ fn seen_on_either_side() -> Scene {
 
 #[test]
 fn walks_go_where_points_scatter_and_no_mean_moves() {
-    // Runs to 1 % with walks shared out (auto) and with even ones (collision), 12 seeds (0 to 11) each. Even ones take half as many
-    // rays again at least. The means over the lit directions, and over the dim ones, differ by less than 4 standard errors of their difference (by
-    // the seeds' spread, Student's t with 22 degrees of freedom, α = 6e-4). Two percent more among the lit ones, and 15 % among the
-    // dim ones, are seen (planted).
+    // Runs to 1 % with walks divided by scatter (auto) and evenly (collision), 12 seeds (0 to 11) each. Even walks take at least half as
+    // many rays again. The means over the lit directions, and over the dim ones, differ by less than 4 standard errors of their difference
+    // (from the seeds' spread, Student's t with 22 degrees of freedom, α = 6e-4). Planted faults of 2 % more for the lit ones and 15 % for
+    // the dim ones are detected.
     let scene = seen_on_either_side();
     let mut rays = [0; 2];
     let mut means_cd_m2 = [[[0.0; 12]; 2]; 2];

@@ -1,10 +1,10 @@
-//! Meshes and points whose numbers stand in the scene file itself.
+//! Meshes and points whose numbers are in the scene file itself.
 
 use std::path::Path;
 
 use luxmc::{Scene, SceneError, scene_from_json};
 
-/// A tent of four vertices over a floor, with points in the scene file.
+/// A tent of four vertices above a floor, with points in the scene file.
 const SCENE: &str = r#"{ "version": 1, "length_unit": "mm",
   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
   "geometry": [ { "name": "tent", "type": "mesh", "material": "paint",

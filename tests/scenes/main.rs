@@ -1,4 +1,4 @@
-//! Scene files: what good ones become, how bad ones are refused, and the sample scenes.
+//! Scene files: the result of good ones, the refusal of bad ones, and the sample scenes.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! What a good scene file becomes.
+//! The scene that a good scene file gives.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn scene(text: &str) -> Scene {
     scene_from_json(text, None, &folder()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A white box of one cubic metre that faces outward, a lamp of 1 cd over it, and whatever else is asked for.
+/// A white box of one cubic metre that faces outward, a lamp of 1 cd above it, and the given further objects.
 fn with(unit: &str, geometry: &str, luminaires: &str, receivers: &str) -> Scene {
     scene(&format!(
         r#"{{ "version": 1, "length_unit": "{unit}", "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
@@ -63,7 +63,7 @@ fn the_office_has_its_parts_areas_and_materials() {
     assert!(ball.area_m2 < exact_m2 && ball.area_m2 > 0.995 * exact_m2);
     assert!(facts.closed);
     assert_eq!((facts.bounds_min_m, facts.bounds_max_m), ([0.0; 3], [8.0, 6.0, 3.0]));
-    // 8 m × 6 m: triangles with a longest edge of 10 m, cut into 40 a side.
+    // 8 m × 6 m: triangles with a longest edge of 10 m, divided into 40 per side.
     assert_eq!(facts.surfaces[0].elements, 2 * 40 * 40);
     assert!(scene.warnings.iter().any(|warning| warning.contains("ball") && warning.contains("% too small")));
     serde_json::to_string(&facts).expect("facts become JSON");
@@ -143,7 +143,7 @@ fn grids_have_their_points_where_the_contract_says() {
     let ReceiverLayout::Grid { area_m2, .. } = plane.layout else { panic!("a grid") };
     assert!((area_m2 - 7.5 * 32.0 / 31.0 * 5.5 * 24.0 / 23.0).abs() < 1e-12);
 
-    // EN 12464-1 on 7 m × 5 m: p = 0.2·5^(log₁₀ 7) = 0.779 m, so 9 × 6 points.
+    // EN 12464-1 on 7 m × 5 m: p = 0.2·5^(log₁₀ 7) = 0.779 m, which gives 9 × 6 points.
     let ReceiverLayout::Grid { columns, rows, origin_m, area_m2, .. } = scene.receivers[1].layout else {
         panic!("a grid")
     };
@@ -163,7 +163,7 @@ fn a_single_column_or_row_sits_in_the_middle() {
     assert!((area_m2 - 2.0 * 4.0 * 3.0 / 2.0).abs() < 1e-12);
 }
 
-/// Which of six points is inside: in the cube, on its top, on its edge, over it, beside it in its box's corner, far.
+/// Which of six points is inside: in the cube, on its top, on its edge, above it, beside it in its box's corner, far away.
 fn insides(geometry: &str) -> Vec<bool> {
     let grid = r#"{ "name": "p", "type": "points", "file": "inside.csv" }"#;
     with("m", geometry, LAMP, grid).receivers[0].points.iter().map(|point| point.inside).collect()
@@ -176,7 +176,7 @@ fn points_inside_of_solids_are_marked_and_those_on_them_are_not() {
     assert_eq!(insides(&format!("{CUBE}, {ROOM}")), solid);
     assert_eq!(insides(&CUBE.replace('}', r#", "facing": "inward" }"#)), [false; 6]);
 
-    // A room in a larger solid is no inside, and neither is a hollow within a solid.
+    // A room in a larger solid is not an inside, and neither is a hollow in a solid.
     let hull = ROOM.replace("room", "hull").replace('4', "5").replace("inward", "outward");
     assert_eq!(insides(&format!("{hull}, {ROOM}, {CUBE}")), solid);
     assert_eq!(insides(&hull), [true, true, true, true, true, false]);
@@ -267,7 +267,7 @@ proptest! {
         for version in [&text[..floor(cut)], &mangled] {
             if let Err(error) = scene_from_json(version, None, &folder()) {
                 prop_assert!(!error.to_string().is_empty());
-                // A mangled file name leads to a file that is not there: then who named it is the place.
+                // A mangled file name refers to a file that does not exist. The place is then the object that names it.
                 prop_assert!(error.place.is_some() || error.named_by.is_some(), "{error}");
             }
         }

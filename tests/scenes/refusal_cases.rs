@@ -1,6 +1,6 @@
-//! Faults of a scene file: one good file and the ways in which the tests break it.
+//! Faults of a scene file: one good file and the changes with which the tests break it.
 
-/// A good file; every case breaks it in one place.
+/// A good file. Every case breaks it in one place.
 pub const GOOD: &str = r#"{
   "version": 1,
   "title": "good",
@@ -29,8 +29,8 @@ pub const GOOD: &str = r#"{
 }
 "#;
 
-/// Replaces `old` (which stands once in the good file) by `new`; the fault lies at the first `at` from there on, at the
-/// given JSON path, and the message says `says`.
+/// Replaces `old` (which occurs once in the good file) by `new`. The fault is at the first `at` from there on, at the given JSON path, and
+/// the message contains `says`.
 pub struct Case {
     pub old: &'static str,
     pub new: &'static str,

@@ -1,4 +1,4 @@
-//! Every bad scene file is refused with the place of the fault, what is wrong, what was expected and a remedy.
+//! Every bad scene file is refused with the place of the fault, the error, the expected content and a remedy.
 
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,10 @@
-//! The sample scenes against the numbers that stand beside them in `scenes/expected.csv`.
+//! The sample scenes against the numbers in `scenes/expected.csv`.
 
 use luxmc::solver::MapSelection;
 
 use crate::common::{self, to_target};
 
-/// Combined standard errors that an average may be off: α = 1e-5 with Student's t at 15 degrees of freedom.
+/// Limit for the deviation of an average in combined standard errors: α = 1e-5 with Student's t at 15 degrees of freedom.
 const MOST_ERRORS: f64 = 6.5;
 
 #[test]
@@ -14,7 +14,7 @@ fn sample_scenes_give_their_expected_averages() {
     let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
     for name in ["cube.json", "sphere.json", "office.json"] {
         let scene = common::scene(name);
-        // Seed 3; errors large enough to be quick, small enough to see 1%.
+        // Seed 3. The errors are large enough for quick runs and small enough to detect 1 %.
         let solution = to_target(&scene, 3, MapSelection::Default, 0.02);
         let tables: Vec<_> = solution.maps.iter().flat_map(|map| &map.tables).collect();
         let mut compared = 0;
@@ -26,7 +26,7 @@ fn sample_scenes_give_their_expected_averages() {
                 .collect();
             let area: f64 = parts.iter().map(|part| part.area_m2).sum();
             let average_lx = parts.iter().map(|part| part.average_lx.value * part.area_m2).sum::<f64>() / area;
-            // Parts of one map are correlated: their errors add up at most linearly.
+            // Parts of one map are correlated: their errors add linearly at most.
             let error_lx = parts.iter().map(|part| part.average_lx.standard_error * part.area_m2).sum::<f64>() / area;
             let combined_lx = error_lx.hypot(expected_error_lx);
             let z = (average_lx - expected_lx) / combined_lx;

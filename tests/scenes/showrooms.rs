@@ -1,4 +1,4 @@
-//! The sample scenes with real materials and photometric files: what they hold, and the numbers to expect.
+//! The sample scenes with real materials and photometric files: their content and the expected numbers.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use luxmc::solver::{MapSelection, Settings, solve};
 
 use crate::common::Silent;
 
-/// Averages in lx of receiver sets and surfaces, from runs of 30 million rays and more with standard errors of 0.3% or less.
+/// Averages in lx of receiver sets and surfaces, from runs of 30 million rays and more with standard errors of 0.3 % or less.
 const EXPECTED: &[(&str, &[(&str, f64)])] = &[
     (
         "corridor",
@@ -19,13 +19,13 @@ const EXPECTED: &[(&str, &[(&str, f64)])] = &[
     ),
 ];
 
-/// Chains of a run: what `MOST_ALLOWED` asks for.
+/// Chains of a run, as `MOST_ALLOWED` requires.
 const CHAINS: u64 = 90_000;
 /// Standard errors of a run (15 degrees of freedom): α = 0.002 for nine values, seed 0.
 const BARS: f64 = 5.0;
 /// Three standard errors of the long runs.
 const LONG_RUN: f64 = 0.009;
-/// Both together, of the expected value.
+/// Limit of both together, as a share of the expected value.
 const MOST_ALLOWED: f64 = 0.09;
 
 #[test]

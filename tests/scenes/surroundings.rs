@@ -1,10 +1,10 @@
-//! What the rule of EN 12464-1 makes about a task area, and of a whole room.
+//! The areas that EN 12464-1 requires around a task area, and those of a whole room.
 
 use luxmc::scene::{Area, Measure, Quantity, ReceiverSet, Scene};
 
 use crate::common::scene_of;
 
-/// A floor of 8 m × 6 m, of which a notch of 4 m × 3 m is left out where it is to be L-shaped, with a task area of 2 m × 1 m.
+/// A floor of 8 m × 6 m with a task area of 2 m × 1 m. For the L shape a notch of 4 m × 3 m is left out.
 fn about_a_desk(is_whole: bool, keys: &str) -> Scene {
     let faces = if is_whole { "[0,1,4,7],[7,4,5,6],[4,1,2,3],[4,3,8,5]" } else { "[0,1,4,7],[7,4,5,6],[4,1,2,3]" };
     scene_of(&format!(
@@ -21,17 +21,17 @@ fn area_m2(set: &ReceiverSet) -> f64 {
     set.points.iter().map(|point| point.weight).sum()
 }
 
-/// What a set is asked for: averages and uniformities.
+/// Requirements of a set: area, measure and limit.
 fn asked(set: &ReceiverSet) -> Vec<(Area, Measure, f64)> {
     set.requirements.iter().map(|required| (required.area, required.measure, required.limit)).collect()
 }
 
-/// Band and background fill the floor about the task as far as they reach, and nothing else, whatever the floor's shape; their points lie on
-/// it, at the height of the task.
+/// Band and background cover the floor around the task as far as they reach, and nothing else, for any shape of the floor. Their points are
+/// above it, at the height of the task.
 #[test]
 fn band_and_background_lie_on_the_floor() {
     let keys = r#""requirements": { "en_12464_1": "34.2" }, "surroundings": { "within": "floor" }"#;
-    // 3 m × 2 m less the task, and 8 m × 6 m less that: of the L without what lies in the notch.
+    // 3 m × 2 m minus the task, and 8 m × 6 m minus that. For the L, also without the part in the notch.
     for (is_whole, band_m2, background_m2) in [(true, 4.0, 42.0), (false, 3.25, 30.75)] {
         let scene = about_a_desk(is_whole, keys);
         let [_, band, background] = &scene.receivers[..] else { panic!("{}", scene.receivers.len()) };
@@ -55,7 +55,7 @@ fn band_and_background_lie_on_the_floor() {
     }
 }
 
-/// Widths of their own, 0 for none, the modified average, and a number in place of the entry's.
+/// Given widths, 0 for none, the modified average, and a number instead of an entry.
 #[test]
 fn surroundings_follow_the_average_of_the_task() {
     let keys = r#""requirements": { "en_12464_1": "34.2", "modified": true }, "surroundings": { "within": "floor", "band": 1, "background": 0 }"#;
@@ -82,7 +82,7 @@ fn an_entry_is_asked_of_walls_ceilings_and_cylinders() {
     assert_eq!(heads, [(Area::Cylinders, Measure::AverageLx, 150.0), (Area::Cylinders, Measure::UniformityU0, 0.1)]);
 }
 
-/// A receiver of a whole room becomes its task area, cylinders, walls, ceiling and observers, each with what the entry asks of it.
+/// A receiver of a whole room becomes its task area, cylinders, walls, ceiling and observers, each with the requirements of the entry.
 #[test]
 fn a_room_is_asked_for_all_that_an_entry_asks() {
     let scene = scene_of(
@@ -94,7 +94,7 @@ fn a_room_is_asked_for_all_that_an_entry_asks() {
     let names: Vec<&str> = scene.receivers.iter().map(|set| set.name.as_str()).collect();
     assert_eq!(names, ["office task", "office cylindrical", "office walls", "office ceiling", "office observers"]);
     let [task, heads, walls, ceiling, observers] = &scene.receivers[..] else { panic!("five sets") };
-    // 5 m × 4 m within the margin; 3 m high walls; the ceiling whole.
+    // 5 m × 4 m within the margin; 3 m high walls; the whole ceiling.
     for (set, m2) in [(task, 20.0), (heads, 20.0), (walls, 66.0), (ceiling, 30.0)] {
         assert!((area_m2(set) - m2).abs() < 1e-9, "{}: {}", set.name, area_m2(set));
     }

@@ -1,4 +1,4 @@
-//! Validation must fail where luxmc and the truth differ by 1%, find cases by their folders, and refuse bad ones.
+//! Validation must fail when luxmc and the truth differ by 1 %. It finds cases by their folders and refuses bad ones.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use luxmc::validation::{Case, find_cases, run_case};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// A closed cube of one reflectance: its mean illuminance is Φ/(S(1−ρ)), known to 0.1% after 300,000 chains.
+/// A closed cube of one reflectance. Its mean illuminance is Φ/(S(1−ρ)), known to 0.1 % after 300,000 chains.
 fn enclosure() -> Value {
     json!({
         "title": "A closed cube",
@@ -28,10 +28,10 @@ fn enclosure() -> Value {
     })
 }
 
-/// A diffuse square over a point that faces it: E = M × (configuration factor), without chance.
+/// A diffuse square above a point that faces it: E = M × (configuration factor), without randomness.
 fn square() -> Value {
-    // Lambert's formula for a point under the middle of a square of side 2, at distances 1 and 2, by its closed form:
-    // F = 4/π · s atan(s) with s = X/√(1+X²), X half the side over the distance.
+    // Lambert's formula for a point under the centre of a square of side 2, at distances 1 and 2, in closed form: F = 4/π · s atan(s) with
+    // s = X/√(1+X²), where X is half the side divided by the distance.
     let exact = [1.0f64, 2.0].map(|distance| {
         let s = (1.0 / distance) / (1.0 + 1.0 / (distance * distance)).sqrt();
         4.0 / std::f64::consts::PI * s * s.atan() * 100.0 * std::f64::consts::PI
@@ -84,22 +84,22 @@ fn a_sound_case_passes_and_a_fault_of_one_percent_does_not() {
     assert!(passes(enclosure()));
     assert!(passes(square()));
 
-    // Reflectance 0.505 for 0.5: the mean rises by 1%.
+    // Reflectance 0.505 instead of 0.5: the mean increases by 1 %.
     let mut fault = enclosure();
     fault["runs"][0]["with"]["rho"] = json!(0.505);
     assert!(!passes(fault), "a reflectance");
 
-    // A luminous flux 1% off.
+    // A luminous flux 1 % off.
     let mut fault = enclosure();
     fault["scene"]["luminaires"][0]["luminous_flux_lm"] = json!(1010);
     assert!(!passes(fault), "a flux");
 
-    // A missing 1/π: a luminance taken for an exitance.
+    // A missing 1/π: a luminance used as an exitance.
     let mut fault = square();
     fault["scene"]["luminaires"][0]["exitance_lm_m2"] = json!(100);
     assert!(!passes(fault), "a missing 1/π");
 
-    // A cosine: the point looks 8.11° past the square, cos = 0.99.
+    // A cosine: the point faces 8.11° past the square, cos = 0.99.
     let home = TempDir::new().unwrap();
     write_case(home.path(), "case", square());
     let tilted = "x,y,z,nx,ny,nz\n0,0,0,0.141067359796659,0,0.99\n0,0,-1,0,0,1\n";
@@ -110,7 +110,7 @@ fn a_sound_case_passes_and_a_fault_of_one_percent_does_not() {
 
 #[test]
 fn error_bars_that_are_too_small_are_seen() {
-    // A truth 1% off within a criterion of 5%: the deviation is many standard errors, and that alone fails the case.
+    // A truth 1 % off with a criterion of 5 %. The deviation is many standard errors, and this alone fails the case.
     let mut fault = enclosure();
     fault["compare"][0]["criterion"]["worst"] = json!("5%");
     fault["compare"][0]["truth"]["luminous_flux_lm"] = json!(1010);
@@ -135,7 +135,7 @@ fn a_new_folder_is_a_new_case() {
     assert_eq!(names(find(&["mine"]).unwrap()), ["first"]);
     assert_eq!(names(find(&["second", "second", "all"]).unwrap()), ["first", "second"]);
 
-    // A path is a case wherever it lies; an empty group is told, an unknown name refused with those that are known.
+    // A path is a case wherever it is. An empty group is reported. An unknown name is refused with the list of known names.
     let path = home.path().join("second");
     assert_eq!(names(find_cases(&[path.to_string_lossy().into_owned()], None).unwrap()), ["second"]);
     assert_eq!(find(&["hard"]).unwrap().empty_groups, ["hard"]);
@@ -236,8 +236,8 @@ fn compare_climbs_and_writes_its_three_files() {
     assert!(fs::read_to_string(out.join("compare.html")).unwrap().contains("<svg"));
 }
 
-/// The first of the eleven standard rooms passes as it is; with the background of the eye's own plane (the planted fault: the walls are
-/// brighter by 13 to 23%, 0.4 in the rating or more) it does not. A rating without an observer is refused.
+/// The first of the eleven standard rooms passes unchanged. With the background at the eye (the planted fault: the walls are brighter by 13
+/// to 23 %, 0.4 in the rating or more) it fails. A rating without an observer is refused.
 #[test]
 fn ratings_of_standard_rooms_pass_and_the_other_background_does_not() {
     let house = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/ugr-tables");

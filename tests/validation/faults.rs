@@ -1,5 +1,5 @@
-//! Cases of the house with planted faults: what a case is there to see, it sees. Each runs as it is, with less work, and passes; then a number of
-//! its scene is off by some per cent, and it fails.
+//! Cases of the project with planted faults: each case must detect what it is made for. It runs unchanged, with less work, and passes. Then
+//! a number of its scene is off by some per cent, and it fails.
 
 use std::fs;
 use std::path::Path;
@@ -11,14 +11,14 @@ use tempfile::TempDir;
 /// A case with one run and one comparison, and a fault in it.
 struct Planted {
     case: &'static str,
-    /// Number of the run, and the chains that it takes; 0 leaves it as it is.
+    /// Number of the run, and the number of its chains; 0 keeps the case's own.
     run: (usize, u64),
     comparison: &'static str,
-    /// Where in the scene, and what stands there instead.
+    /// Path in the scene, and the faulty value.
     fault: (&'static str, Value),
 }
 
-/// Copies the case's folder, leaves one run and one comparison in it, and says whether it passes.
+/// Copies the case's folder, keeps one run and one comparison in it, and returns whether it passes.
 fn passes(planted: &Planted, with_fault: bool) -> bool {
     let house = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(planted.case);
     let home = TempDir::new().expect("a folder");
@@ -58,21 +58,21 @@ fn cases_see_the_faults_that_are_planted_in_them() {
             comparison: "mean of the sphere",
             fault: ("/materials/paint/reflectance", json!(0.79)),
         },
-        // A body that takes a hundredth more: its mean is 3 % less.
+        // A body that absorbs one hundredth more: its mean is 3 % lower.
         Planted {
             case: "harmonics-enclosure",
             run: (0, 300_000),
             comparison: "mean of the body",
             fault: ("/materials/paint/reflectance", json!(0.69)),
         },
-        // A hundredth of a metre beside the source: direct light changes by 2 % of itself from side to side.
+        // A shift of 1 cm from the source: direct light changes by 2 % of itself from side to side.
         Planted {
             case: "harmonics-off-centre",
             run: (0, 4096),
             comparison: "direct light",
             fault: ("/geometry/0/center/0", json!(-0.134)),
         },
-        // A white body that takes a tenth of what it receives: the room is darker by 1.5 %.
+        // A white body that absorbs a tenth of what it receives: the room is darker by 1.5 %.
         Planted {
             case: "harmonics-isothermal",
             run: (0, 200_000),
@@ -128,7 +128,7 @@ fn cases_see_the_faults_that_are_planted_in_them() {
             comparison: "plane 2, reflected light",
             fault: ("/materials/plane 1/reflectance", json!(0.47)),
         },
-        // A sheet that keeps 2 % more.
+        // A sheet that reflects 2 % less.
         Planted {
             case: "intensity-reflectors",
             run: (0, 2_000_000),

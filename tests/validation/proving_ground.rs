@@ -6,7 +6,7 @@ use luxmc::validation::proving_ground::{ProofSettings, ReferenceSettings, proof_
 
 use crate::cli_support::*;
 
-/// Seeds of the rooms that are read.
+/// Number of rooms of each kind that are read.
 const SEEDS: u64 = 3;
 
 fn scene(kind: &str, seed: u64) -> Scene {
@@ -31,7 +31,7 @@ fn every_room_reads_and_has_light_and_receivers_of_every_sort() {
             }
             let weights = scene.receivers.iter().flat_map(|set| &set.points).map(|point| point.weight);
             assert!(weights.clone().all(|weight| weight > 0.0 && weight.is_finite()), "{name}");
-            // Receivers on surfaces lie in the air: hardly any is inside of something.
+            // Receivers on surfaces are in the air. Hardly any is inside an object.
             let loose = scene.receivers.iter().filter(|set| !is_grid(&set.layout)).flat_map(|set| &set.points);
             let inside = loose.filter(|point| point.inside).count();
             assert!(inside <= 5, "{name}: {inside} inside");
@@ -48,7 +48,7 @@ fn a_room_follows_from_kind_and_seed() {
         assert_ne!(room.scene, other.scene, "{}", kind.name);
         assert_ne!(room.files, other.files, "{}", kind.name);
     }
-    // In earnest: sizes and reflectances differ, not just where receivers stand.
+    // Sizes and reflectances really differ, not only the positions of receivers.
     let sizes = |seed| scene("furnished", seed).triangles.len();
     assert!((0..4).any(|seed| sizes(seed) != sizes(seed + 1)));
 }
@@ -99,7 +99,7 @@ fn options_of_the_proving_ground_belong_to_it() {
     assert!(listing(folder.path()).is_empty());
 }
 
-/// One room, a coarse target: every row is there, the reference is made once and serves again.
+/// One room with a coarse target: every row exists, and the reference is made once and used again.
 #[test]
 fn a_small_campaign_runs_and_keeps_its_reference() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,9 +124,9 @@ fn a_small_campaign_runs_and_keeps_its_reference() {
     assert_eq!((room.kind, room.runs.len(), room.walks.len()), ("dark", 4, 2));
     let maps = || room.runs.iter().flat_map(|run| &run.maps);
     assert!(maps().all(|map| map.said_met && map.judgement.bars > 20), "{:?}", room.runs);
-    // Twice the coarser target, and the reference's own: what no sound run comes to.
+    // Limits: twice the coarser target, and the reference's own error. No sound run exceeds them.
     assert!(maps().all(|map| map.judgement.true_error < 0.4 && map.judgement.reference_error < 0.06));
-    // A target twice as fine takes walks four times the work.
+    // Half the target error takes four times the work by walks.
     assert!((room.walks[1].rays / room.walks[0].rays - 4.0).abs() < 1e-9);
 
     let csv = proof_csv(&proof, &settings);

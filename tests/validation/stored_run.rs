@@ -1,4 +1,4 @@
-//! A stored run as a truth: errors count on both sides, a fault of two percent is seen, another scene is refused.
+//! A stored run as the truth: errors count on both sides, a fault of two percent is detected, another scene is refused.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn scene() -> Value {
     })
 }
 
-/// Scene, long run (seed 1000, 8 times the chains of what is judged) and a case in a fresh folder.
+/// Scene, long run (seed 1000, 8 times the chains of the judged run) and a case in a new folder.
 fn home() -> TempDir {
     let home = TempDir::new().unwrap();
     let at = |name: &str| home.path().join(name);
@@ -56,7 +56,7 @@ fn passes(folder: &Path) -> bool {
     run_case(&case, &mut |_| {}).unwrap_or_else(|error| panic!("{error}")).passes()
 }
 
-/// Multiplies a column of a CSV file.
+/// Multiplies columns of a CSV file by a factor.
 fn scale(path: &Path, columns: &[&str], factor: f64) {
     let mut reader = csv::Reader::from_path(path).unwrap();
     let header = reader.headers().unwrap().clone();

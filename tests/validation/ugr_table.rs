@@ -1,4 +1,4 @@
-//! UGR tables against tables worked out by hand and the one that the standard publishes.
+//! UGR tables against tables calculated by hand and the table that the standard publishes.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,8 @@ fn table_of(file: &str, spacing_h: f64) -> UgrTable {
     ugr_table(&file, &TABLE_REFLECTANCES, spacing_h).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Own ratings beside those of a CSV file: rows `x_h,y_h,viewing,ceiling,walls,floor,ugr`, of one luminaire where they name it.
+/// Pairs of own ratings and those of a CSV file with rows `x_h,y_h,viewing,ceiling,walls,floor,ugr`. If `luminaire` is given, only its rows
+/// are used.
 fn pairs(table: &UgrTable, csv: &str, luminaire: Option<&str>) -> Vec<[f64; 2]> {
     let rows = csv.lines().skip(1).filter_map(|line| match luminaire {
         Some(name) => line.strip_prefix(name)?.strip_prefix(','),
@@ -40,8 +41,8 @@ fn worst(pairs: &[[f64; 2]]) -> f64 {
     pairs.iter().map(|[own, given]| (own - given).abs()).fold(0.0, f64::max)
 }
 
-/// Three luminaires given by formulas, all 570 ratings: within 0.02, which the steps of their photometric files leave.
-/// Luminaires H apart, and a batwing that is seen the other way (the planted faults), are off by more.
+/// Three luminaires given by formulas, all 570 ratings: within 0.02, which comes from the steps of their photometric files. With luminaires
+/// H apart, or a batwing seen in the other direction (the planted faults), the ratings are off by more.
 #[test]
 fn tables_are_those_worked_out_by_hand() {
     let csv = include_str!("../../validation/ugr-tables/tables.csv");
@@ -58,8 +59,8 @@ fn tables_are_those_worked_out_by_hand() {
     assert!(worst(&pairs(&turned, csv, Some("batwing"))) > 2.0);
 }
 
-/// The worked table of CIE 190:2010 (luminaires H apart), 190 ratings with one decimal: all within 0.12, the mean of squares
-/// within 0.05²; the standard rounds its position indices and fluxes. At 0.25 H (the planted fault) it is not met.
+/// The worked table of CIE 190:2010 (luminaires H apart), 190 ratings with one decimal. All are within 0.12, and the mean of squares is
+/// within 0.05²; the standard rounds its position indices and fluxes. With 0.25 H (the planted fault) they are not.
 #[test]
 fn the_table_of_the_standard_comes_out() {
     let csv = include_str!("../../validation/ugr-tables/cie190-example.csv");
@@ -71,7 +72,7 @@ fn the_table_of_the_standard_comes_out() {
     assert!(worst(&pairs(&table_of("cie190-example.ldt", 0.25), csv, None)) > 0.5);
 }
 
-/// Twice the flux from the same opening is 8 lg 2 more; a table of one's own sets has them in their order.
+/// Twice the flux from the same opening gives 8 lg 2 more. A table with given sets has them in their order.
 #[test]
 fn ratings_follow_flux_and_reflectances() {
     let mut file = read_photometric_file(&folder().join("panel.ies")).unwrap_or_else(|error| panic!("{error}"));
@@ -127,7 +128,7 @@ fn what_has_no_table_is_refused() {
     }
 }
 
-/// The page and the table in German, warnings of the file with them.
+/// The page and the table in German, including warnings of the file.
 #[test]
 fn tables_are_made_in_german() {
     let directory = tempfile::tempdir().expect("a directory");

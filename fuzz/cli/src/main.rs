@@ -1,10 +1,10 @@
-//! Runs `luxmc` on inputs that fight back and looks at what it leaves: no abort, no run beyond its limits, no result that is
-//! half there, no number that is none. Execution for execution the same by its seed.
+//! Runs `luxmc` on hostile inputs and checks its output: no abort, no run beyond its limits, no incomplete result, no NaN or infinity.
+//! Every execution can be repeated with its seed.
 //!
 //!     cargo run --release --manifest-path fuzz/cli/Cargo.toml -- --luxmc target/release/luxmc --count 10000 --seed 1
 //!
-//! First come the files of the corpus as they are, with every method; then mutations of them. What is found is kept with its
-//! files and its command in `--keep`; exit code 1 where there is any.
+//! First the files of the corpus are run unchanged, with every method, and then mutations of them. Findings are kept with their files and
+//! their command in `--keep`. The exit code is 1 if there are any.
 
 mod mutate;
 mod numbers;
@@ -66,7 +66,7 @@ fn wishes() -> Result<Wishes, String> {
     Ok(wishes)
 }
 
-/// The folders of the corpus in the order of their names: a scene and the files that it names.
+/// The folders of the corpus sorted by name: each holds a scene and the files that it names.
 fn corpus(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
@@ -81,12 +81,12 @@ fn files_of(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Copies a folder of the corpus, with one or two of its files changed where `random` is there.
+/// Copies a folder of the corpus. If `random` is given, one or two of its files are changed.
 fn lay_out(from: &Path, to: &Path, mut random: Option<&mut Random>) -> std::io::Result<()> {
     std::fs::remove_dir_all(to).ok();
     std::fs::create_dir_all(to)?;
     let files = files_of(from);
-    // Of some files the scene is changed every other time.
+    // In folders with other files, the scene is changed every second time.
     let changed =
         random.as_mut().map(|random| if random.below(2) == 0 { usize::MAX } else { random.below(files.len()) });
     for (number, file) in files.iter().enumerate() {
@@ -168,7 +168,7 @@ fn campaign(wishes: &Wishes) -> Result<u64, String> {
         lay_out(&folders[folder], &work, mutation).map_err(|error| format!("{}: {error}", work.display()))?;
         let (arguments, limits) = arguments(method, wishes.beyond_s, &mut random);
         let mut outcome = run(&luxmc, &arguments, &work, &limits);
-        // A busy machine makes a run late once; a run that has no limit is late again.
+        // On a busy machine a run can be late once. A run that does not keep its limit is late again.
         if outcome.is_late {
             outcome = run(&luxmc, &arguments, &work, &limits);
         }

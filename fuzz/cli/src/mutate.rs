@@ -1,8 +1,8 @@
-//! Inputs that somebody may give: files of the corpus with a few places changed.
+//! Possible inputs of a user: files of the corpus with a few changes.
 
 use crate::random::Random;
 
-/// Numbers that stand at the edges of what a program expects.
+/// Numbers at the limits of what a program expects.
 const HARD_NUMBERS: [&str; 26] = [
     "0",
     "-0",
@@ -31,7 +31,7 @@ const HARD_NUMBERS: [&str; 26] = [
     "9007199254740993",
     "0.9999999",
 ];
-/// Texts that do the same in JSON, OBJ and photometric files.
+/// Texts for the same purpose in JSON, OBJ and photometric files.
 const HARD_WORDS: [&str; 16] = [
     "null",
     "true",
@@ -57,11 +57,11 @@ const HARD_WORDS_OF_BITS: [u32; 14] = [
     1,
     0x8000_0000, // −0, or −2³¹
     0x3f80_0000, // 1
-    0x0000_0001, // the least float
-    0x7f7f_ffff, // the greatest
-    0x7f80_0000, // infinite
+    0x0000_0001, // the smallest float
+    0x7f7f_ffff, // the largest
+    0x7f80_0000, // infinity
     0xff80_0000,
-    0x7fc0_0000, // none
+    0x7fc0_0000, // NaN
     0x5368_d4a5, // 10¹²
     0x322b_cc77, // 10⁻⁸
     0x7fff_ffff,
@@ -69,11 +69,11 @@ const HARD_WORDS_OF_BITS: [u32; 14] = [
     0x0010_0000,
 ];
 
-/// Changes a file in one to four places; mostly numbers, since other changes are soon refused.
+/// Changes a file in one to four places. Most changes are of numbers, because other changes are soon refused.
 pub fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..1 + random.below(4) {
-        // Files of binary numbers are other than text.
+        // Files of binary numbers are not text.
         let is_binary = std::str::from_utf8(&bytes).is_err();
         match random.below(16) {
             0..=9 if is_binary => change_bits(&mut bytes, random),
@@ -89,7 +89,7 @@ pub fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Places of all numbers.
+/// Positions of all numbers.
 fn numbers(bytes: &[u8]) -> Vec<(usize, usize)> {
     let is_part = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
     let mut found = Vec::new();
@@ -120,13 +120,13 @@ fn change_number(bytes: &mut Vec<u8>, random: &mut Random) {
     bytes.splice(from..to, new.into_bytes());
 }
 
-/// Puts another number in the place of four bytes that may be one.
+/// Replaces four bytes that may be a number by another number.
 fn change_bits(bytes: &mut [u8], random: &mut Random) {
     if bytes.len() < 4 {
         return;
     }
     let at = random.below(bytes.len() - 3);
-    // Most files keep their numbers at multiples of two.
+    // Most files store their numbers at multiples of two.
     let at = if random.below(4) == 0 { at } else { at & !1 };
     let old = f32::from_le_bytes(std::array::from_fn(|byte| bytes[at + byte]));
     let new = match random.below(4) {
@@ -138,7 +138,7 @@ fn change_bits(bytes: &mut [u8], random: &mut Random) {
     bytes[at..at + 4].copy_from_slice(&new);
 }
 
-/// Puts a name that the file has elsewhere in the place of one: another material, another kind, another key.
+/// Replaces a name by another one that the file contains: another material, another kind, another key.
 fn change_name(bytes: &mut Vec<u8>, random: &mut Random) {
     let quotes: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] == b'"').collect();
     let names = quotes.len() / 2;

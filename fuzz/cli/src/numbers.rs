@@ -1,4 +1,4 @@
-//! Numbers that are none, in the files of a run: as words in texts, as bits in ParaView's file and in GLB.
+//! Finds NaN and infinity in the files of a run: as words in texts, as bits in ParaView's file and in GLB.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,14 +7,14 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
-/// Texts that hold numbers. A page holds files in base 64, where chance spells such words.
+/// Text formats that hold numbers. A page holds files in base 64, which can contain these words by chance.
 const TEXTS: [&str; 6] = ["csv", "json", "svg", "pts", "res", "txt"];
 const WORDS: [&str; 5] = ["NaN", "nan", "inf", "Infinity", "infinity"];
-/// Bytes of a file that are looked through.
+/// Largest size in bytes of a file that is searched.
 const MOST_BYTES: usize = 64 << 20;
 const FLOAT: u64 = 5126;
 
-/// What a file holds that is no number, or why it cannot be read.
+/// The NaN or infinity that a file holds, or why the file cannot be read.
 pub fn fault_of(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy();
     let kind = path.extension()?.to_str()?;
@@ -31,14 +31,14 @@ pub fn fault_of(path: &Path) -> Option<String> {
     }
 }
 
-/// A word for what is no number.
+/// A word for NaN or infinity in a text.
 pub fn word_in(text: &str) -> Option<String> {
     let mut words = text.split(|letter: char| !letter.is_ascii_alphanumeric());
     words.find(|word| WORDS.contains(word)).map(str::to_owned)
 }
 
-/// Of the appended arrays each is a header of 64-bit numbers (blocks, bytes of one, bytes of a smaller last one, compressed bytes of
-/// each) and the blocks behind one another, both in base 64.
+/// Each appended array has a header of 64-bit numbers (blocks, bytes per block, bytes of a smaller last block, compressed bytes of each
+/// block) and the blocks one after another, both in base 64.
 fn in_vtp(bytes: &[u8]) -> Result<Option<String>, String> {
     let text = std::str::from_utf8(bytes).map_err(|error| error.to_string())?;
     let (head, rest) = text.split_once("<AppendedData").ok_or("no appended data")?;
@@ -72,7 +72,7 @@ fn array_at(text: &str) -> Result<Vec<u8>, String> {
     let letters_of = |bytes: usize| 4 * bytes.div_ceil(3);
     let number =
         |bytes: &[u8], at: usize| bytes.as_chunks().0.get(at).map_or(0, |bits| u64::from_le_bytes(*bits) as usize);
-    // The number of blocks stands in the first eight bytes: twelve letters hold nine.
+    // The number of blocks is in the first eight bytes. Twelve letters hold nine bytes.
     let blocks = number(&decoded(12, 0)?, 0);
     let header_letters = letters_of(8 * (3 + blocks));
     let header = decoded(header_letters, 0)?;

@@ -1,10 +1,10 @@
-//! Chance that can be had again by its seed.
+//! Random numbers that can be repeated with their seed.
 
 /// SplitMix64 (Steele, Lea, Flood, 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// The numbers of an execution.
+    /// The random numbers of an execution.
     pub fn of(seed: u64, execution: u64) -> Random {
         Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ execution.wrapping_mul(0xD1B5_4A32_D192_ED03))
     }
@@ -23,7 +23,7 @@ impl Random {
         (self.next() % count as u64) as usize
     }
 
-    /// From 0 to 1.
+    /// A number from 0 to 1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }

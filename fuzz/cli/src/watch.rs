@@ -1,4 +1,4 @@
-//! One execution under limits, and what it must leave.
+//! Runs one execution under limits and checks its results.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -6,24 +6,24 @@ use std::time::{Duration, Instant};
 
 use crate::numbers::{fault_of, word_in};
 
-/// Address space of a run in KiB: beyond it the system refuses memory. Threads and the program itself take some of it.
+/// Address space of a run in KiB. Above it the system refuses memory. Threads and the program itself take some of it.
 const ADDRESS_SPACE_KIB: u64 = 2 << 20;
-/// Seconds of the processor after which a run is ended from outside.
+/// Processor seconds after which a run is ended from outside.
 const LONGEST_S: f64 = 20.0;
-/// The same in seconds that pass, for what waits without working: a busy machine is slower by less than that.
+/// The same in wall seconds, for runs that wait without working. A busy machine does not slow a run down by that much.
 const LONGEST_WAIT_S: f64 = 600.0;
-/// A run may take so many times what it said beforehand that it takes whatever is computed.
+/// A run may take this many times the minimum time that it stated beforehand.
 const TOLD_TIMES: f64 = 1.5;
-/// Seconds that looking a scene through may take, which has no limit.
+/// Seconds that inspecting a scene may take, which has no limit of its own.
 const READING_S: f64 = 10.0;
-/// What the program itself and its threads take beyond what it counts, in KiB of memory that is there.
+/// Resident memory in KiB of the program itself and its threads, in addition to what it counts.
 const PROGRAM_KIB: u64 = 64 << 10;
 
-/// What an execution must keep to.
+/// Limits of an execution.
 pub struct Limits {
     /// Its `--time-limit`.
     pub time_limit_s: f64,
-    /// Seconds that it may take beyond a tenth over that: reading, the last slice, and writing.
+    /// Seconds allowed beyond 1.1 times the time limit: reading, the last slice, and writing.
     pub beyond_s: f64,
     /// Its `--memory-limit`, if any.
     pub memory_kib: Option<u64>,
@@ -35,9 +35,9 @@ pub struct Limits {
 pub struct Outcome {
     /// Its exit code in words.
     pub ended: String,
-    /// What was wrong with it.
+    /// The fault, if any.
     pub fault: Option<String>,
-    /// Whether that was the time alone.
+    /// Whether the time was the only fault.
     pub is_late: bool,
 }
 
@@ -75,11 +75,11 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
             Err(_) => return broken("it cannot be waited for"),
         }
     };
-    // On a busy machine the time that passes says little of the work: where the system tells it, that of the processor counts.
+    // On a busy machine the wall time is no measure of the work. Where the system reports the processor time, that counts.
     let passed_s = started.elapsed().as_secs_f64();
     let took_s = busy_before_s.zip(busy_s()).map_or(passed_s, |(before, after)| after - before);
     let said = std::fs::read_to_string(&errors).unwrap_or_default();
-    // A run has one limit for all that it does, reading and writing included.
+    // A run has one limit for all its work, including reading and writing.
     let reading_s = if limits.writes { 0.0 } else { READING_S };
     let by_limit_s = 1.1 * limits.time_limit_s + limits.beyond_s;
     let is_late = took_s > by_limit_s.max(TOLD_TIMES * told_s(&said)) + reading_s;
@@ -101,7 +101,7 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     Outcome { ended, is_late: fault.is_none() && late.is_some(), fault: fault.or(late) }
 }
 
-/// What a run said beforehand that it takes whatever is computed, in s; 0 where it said nothing.
+/// The minimum time in s that a run stated beforehand, whatever is computed; 0 if it stated none.
 fn told_s(said: &str) -> f64 {
     let told = said.split_once(", whatever is computed").and_then(|(before, _)| {
         let seconds = before.strip_suffix(" more").unwrap_or(before).strip_suffix(" s")?;
@@ -110,13 +110,13 @@ fn told_s(said: &str) -> f64 {
     told.and_then(|seconds| seconds.parse().ok()).unwrap_or(0.0)
 }
 
-/// The most memory that a process has had so far, where the system tells it.
+/// The peak memory of a process so far, where the system reports it.
 fn peak_kib_of(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     status.split_once("VmHWM:")?.1.split_whitespace().next()?.parse().ok()
 }
 
-/// Whether a run that still goes on has had its time: that of the processor where the system tells it.
+/// Whether a run that is still going has used up its time: the processor time where the system reports it.
 fn is_endless(process: u32, passed_s: f64) -> bool {
     let longest_s = [LONGEST_S, LONGEST_WAIT_S];
     match times_s(&process.to_string()) {
@@ -126,16 +126,16 @@ fn is_endless(process: u32, passed_s: f64) -> bool {
     }
 }
 
-/// Seconds that all children so far have kept a processor busy.
+/// Processor seconds of all children so far.
 fn busy_s() -> Option<f64> {
     Some(times_s("self")?[1])
 }
 
-/// Seconds that a process has kept a processor busy, and that its children that have ended have.
+/// Processor seconds of a process and of its children that have ended.
 fn times_s(process: &str) -> Option<[f64; 2]> {
     const TICKS_PER_S: f64 = 100.0;
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // After the name in brackets: user and system time of the process are the 12th and 13th, those of its children follow.
+    // After the name in brackets, user and system time of the process are the 12th and 13th numbers, followed by those of its children.
     let numbers: Vec<f64> =
         stat.rsplit_once(')')?.1.split_whitespace().skip(1).filter_map(|number| number.parse().ok()).collect();
     let [own, children] = [numbers.get(10..12)?, numbers.get(12..14)?].map(|pair| pair.iter().sum::<f64>());
@@ -146,7 +146,7 @@ fn broken(why: &str) -> Outcome {
     Outcome { ended: "broken".to_owned(), fault: Some(why.to_owned()), is_late: false }
 }
 
-/// What is wrong with what a run has left.
+/// The fault in the files that a run has left.
 fn left(out: &Path, code: i32, limits: &Limits) -> Option<String> {
     if !limits.writes {
         return None;

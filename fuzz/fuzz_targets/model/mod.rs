@@ -1,4 +1,4 @@
-//! Any bytes as a model of another program: proposed as a scene, which is read and inspected where it is valid.
+//! Any bytes as a model of another program: converted to a scene, which is read and inspected if it is valid.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use luxmc::check::{inspect, scene_from_json};
 use luxmc::scene::propose_scene;
 
-/// `ending` is the ending of the file's name, by which readers are chosen.
+/// `ending` is the extension of the file name, by which the reader is chosen.
 pub fn read(bytes: &[u8], ending: &str) {
     let folder = Path::new("/dev/shm");
     let name = format!("luxmc-fuzz-{}.{ending}", std::process::id());
