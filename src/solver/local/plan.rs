@@ -207,72 +207,90 @@ struct PilotScores {
     mean: f64,
 }
 
+impl PilotAnchor {
+    /// The anchors of some entries of the set.
+    fn of_entries(anchors: &Anchors, entries: &[usize]) -> Vec<PilotAnchor> {
+        let anchor = |entry: usize, number: usize| PilotAnchor {
+            number,
+            entry,
+            scale: anchors.scale(number),
+            own_level: anchors.own_level_lx(number),
+            bound_factor: 1.0,
+        };
+        let of_entry = |(index, entry): (usize, &usize)| {
+            anchors.of_entry(*entry).map(|number| anchor(index, number)).collect::<Vec<_>>()
+        };
+        entries.iter().enumerate().flat_map(of_entry).collect()
+    }
+}
+
+/// Traces the pilot's chains. Returns their vertices, and the rays traced.
+fn trace_chains(context: &Context, set: usize, anchors: &Anchors, extent: &Extent) -> (Vec<Vec<ChainVertex>>, u64) {
+    let number = MapKind::Receivers(set).number();
+    let stream = |batch: usize| Stream::new(context.seed, Purpose::Pilot, number, FIRST_BATCH + batch as u32);
+    let mut streams: [Stream; BATCHES] = std::array::from_fn(stream);
+    let most = extent.chains;
+    let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
+    let points = context.scene.receivers[set].points.len();
+    let enough_vertices = if extent.traced { extent.pairs / points.clamp(1, extent.entries) } else { usize::MAX };
+    let is_done = |chains: usize, rays: u64, vertices: usize| {
+        chains == most
+            || chains >= FEWEST_SITES && (rays >= enough_rays || vertices >= enough_vertices)
+            || chains >= 2 && (vertices >= MOST_VERTICES || context.is_over())
+    };
+    let (mut chains, mut rays, mut vertex_count) = (Vec::new(), 0, 0);
+    while !is_done(chains.len(), rays, vertex_count) {
+        let mut vertices = Vec::new();
+        let (chain, batch) = (chains.len() / BATCHES, chains.len() % BATCHES);
+        rays += trace(anchors, context.stage, chain as u64, &mut streams[batch], &mut vertices);
+        vertex_count += vertices.len();
+        chains.push(vertices);
+    }
+    (chains, rays)
+}
+
+/// Transmittance between every vertex and every anchor, in the order of `pairs`; 0 where a connection brings nothing.
+fn transmittances(
+    context: &Context,
+    anchors: &Anchors,
+    sampled: &[PilotAnchor],
+    vertices: &[&ChainVertex],
+    pairs: &[[f64; 2]],
+) -> Vec<f64> {
+    let count = sampled.len().max(1);
+    let mut seen = vec![0.0; vertices.len() * count];
+    seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(vertices).for_each(|((seen, pairs), vertex)| {
+        for ((seen, [kernel, spread]), anchor) in seen.iter_mut().zip(pairs).zip(sampled) {
+            if kernel * spread > 0.0 {
+                *seen = anchors.transmittance(context.stage, anchor.number, vertex);
+            }
+        }
+    });
+    seen
+}
+
 impl Pilot {
     fn new(context: &Context, set: usize, anchors: &Anchors, extent: &Extent) -> Pilot {
         let stage = context.stage;
         let points = &context.scene.receivers[set].points;
-        let number = MapKind::Receivers(set).number();
-        let stream = |batch: usize| Stream::new(context.seed, Purpose::Pilot, number, FIRST_BATCH + batch as u32);
-        let mut streams: [Stream; BATCHES] = std::array::from_fn(stream);
-        let most = extent.chains;
-        let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
-        let enough_vertices =
-            if extent.traced { extent.pairs / points.len().clamp(1, extent.entries) } else { usize::MAX };
-        let mut path_rays = 0;
-        let (mut chains, mut vertex_count) = (Vec::new(), 0);
-        let is_done = |chains: usize, rays: u64, vertices: usize| {
-            chains == most
-                || chains >= FEWEST_SITES && (rays >= enough_rays || vertices >= enough_vertices)
-                || chains >= 2 && (vertices >= MOST_VERTICES || context.is_over())
-        };
-        while !is_done(chains.len(), path_rays, vertex_count) {
-            let mut vertices = Vec::new();
-            let (chain, batch) = (chains.len() / BATCHES, chains.len() % BATCHES);
-            path_rays += trace(anchors, stage, chain as u64, &mut streams[batch], &mut vertices);
-            vertex_count += vertices.len();
-            chains.push(vertices);
-        }
-        let most_entries = (extent.pairs / vertex_count.max(1)).clamp(FEWEST_ENTRIES, extent.entries);
+        let (chains, path_rays) = trace_chains(context, set, anchors, extent);
+        let vertices: Vec<&ChainVertex> = chains.iter().flatten().collect();
+        let most_entries = (extent.pairs / vertices.len().max(1)).clamp(FEWEST_ENTRIES, extent.entries);
         let stride = points.len().div_ceil(most_entries).max(1);
         let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
-        let of_entry = |(place, entry): (usize, &usize)| {
-            anchors.of_entry(*entry).map(move |number| (place, number)).collect::<Vec<_>>()
-        };
-        let looked_at: Vec<PilotAnchor> = entries
-            .iter()
-            .enumerate()
-            .flat_map(of_entry)
-            .map(|(entry, number)| PilotAnchor {
-                number,
-                entry,
-                scale: anchors.scale(number),
-                own_level: anchors.own_level_lx(number),
-                bound_factor: 1.0,
-            })
-            .collect();
-        let vertices: Vec<&ChainVertex> = chains.iter().flatten().collect();
-        let pairs: Vec<[f64; 2]> = vertices
-            .par_iter()
-            .flat_map_iter(|vertex| {
-                looked_at.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex))
-            })
-            .collect();
-        let count = looked_at.len().max(1);
-        let mut seen = vec![0.0; if extent.traced { vertices.len() * count } else { 0 }];
-        seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(&vertices).for_each(|((seen, pairs), vertex)| {
-            for ((seen, [kernel, spread]), anchor) in seen.iter_mut().zip(pairs).zip(&looked_at) {
-                if kernel * spread > 0.0 {
-                    *seen = anchors.transmittance(stage, anchor.number, vertex);
-                }
-            }
-        });
+        let sampled = PilotAnchor::of_entries(anchors, &entries);
+        let kernels =
+            |vertex| sampled.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex));
+        let pairs: Vec<[f64; 2]> = vertices.par_iter().flat_map_iter(|vertex| kernels(*vertex)).collect();
+        let seen =
+            if extent.traced { transmittances(context, anchors, &sampled, &vertices, &pairs) } else { Vec::new() };
         let connected = pairs.iter().take(seen.len()).filter(|[kernel, spread]| kernel * spread > 0.0);
         let connecting_rays = connected.count() as u64;
         Pilot {
             path_rays: path_rays as f64 / chains.len() as f64,
             chains,
             flux_lm: stage.emitters.luminous_flux_lm(),
-            anchors: looked_at,
+            anchors: sampled,
             weights: entries.iter().map(|entry| points[*entry].weight).collect(),
             share_inverse: points.len() as f64 / entries.len().max(1) as f64,
             pairs,

@@ -304,43 +304,58 @@ impl Run<'_> {
     /// Judges a map, and plans what it needs next.
     pub fn look(&mut self, index: usize) {
         let started = Instant::now();
-        let job = &mut self.jobs[index];
-        job.settle_gathering(self.sets.as_mut());
-        let samples = job.samples;
-        job.judge(self.context);
-        let needed =
-            self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
-        let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.met = accepted && job.run_checks(self.target_error);
-        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
-        job.looks.refused = without_mean || (accepted && !job.met);
-        job.looks.refusals += u64::from(job.looks.refused);
-        job.next_judgement = if job.looks.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
-        let bound = job.bound;
+        let needed = self.judge(index);
+        let bound = self.jobs[index].bound;
         let is_refined = self.refine_elements(index);
         if !is_refined {
             self.plan_gathering(index);
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());
-        if let (false, Some(target), None, Method::Auto) =
-            (is_refined, self.target_error, self.settings.chains, self.settings.method)
-        {
-            let piloted = Instant::now();
-            let affordable_rays = self.affordable_rays();
-            let begins_anew = self.may_begin_anew(&self.jobs[index], target);
-            let job = &mut self.jobs[index];
-            if begins_anew {
-                choice::reconsider(self.context, job, target);
-            }
-            if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
-                job.share_out_walks(self.context, needed);
-            }
-            self.spending.add(Activity::Pilots, 0, piloted.elapsed());
+        if !is_refined {
+            self.reconsider_method(index, needed);
         }
         self.note(index);
         if bound {
             self.record(true);
         }
+    }
+
+    /// Judges a map by the stop rule and the statistical checks, and sets the samples of its next look. Returns the ratio of the work that
+    /// the target takes to the work so far.
+    fn judge(&mut self, index: usize) -> f64 {
+        let (context, target_error) = (self.context, self.target_error);
+        let job = &mut self.jobs[index];
+        job.settle_gathering(self.sets.as_mut());
+        job.judge(context);
+        let needed =
+            target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
+        let accepted = target_error.is_some_and(|target| accepts(target, &job.judgement));
+        job.met = accepted && job.run_checks(target_error);
+        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
+        job.looks.refused = without_mean || (accepted && !job.met);
+        job.looks.refusals += u64::from(job.looks.refused);
+        job.next_judgement =
+            if job.looks.refused { after_refusal(job.samples) } else { next_judgement(job.samples, needed) };
+        needed
+    }
+
+    /// Lets the method `auto` change the method of a map, or share its walks out anew. A limit must leave time for the extra work.
+    fn reconsider_method(&mut self, index: usize, needed: f64) {
+        let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method) else {
+            return;
+        };
+        let piloted = Instant::now();
+        let affordable_rays = self.affordable_rays();
+        let may_begin_anew = self.may_begin_anew(&self.jobs[index], target);
+        let job = &mut self.jobs[index];
+        let samples = job.samples;
+        if may_begin_anew {
+            choice::reconsider(self.context, job, target);
+        }
+        if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
+            job.share_out_walks(self.context, needed);
+        }
+        self.spending.add(Activity::Pilots, 0, piloted.elapsed());
     }
 
     /// Whether cells, and what maps have gathered, take no more than their share of the memory. If they take more, the map that takes most
@@ -372,46 +387,41 @@ impl Run<'_> {
 
     /// Makes every requested map show something, however the run ended.
     pub fn give_every_map_a_start(&mut self, in_haste: bool) {
-        let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
-        let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));
         let all_rays = self.all_rays();
-        let most_rays_of = |job: &Job| match in_haste {
+        let is_unstarted = |job: &Job| !job.map.is_empty() && (!job.has_started() || in_haste && !job.knows_its_bias());
+        let most_rays = |job: &Job| match in_haste {
             true => RAYS_IN_HASTE.min(self.rays_in_patience(job).max(FEWEST_RAYS_IN_HASTE)),
             false => FIRST_LOOK_RAYS,
         };
-        let starts = |job: &Job| !job.map.is_empty() && (!job.has_started() || in_haste && !job.knows_its_bias());
-        let to_start = self.jobs.iter().map(|job| (self.fits(job, all_rays) && starts(job)).then(|| most_rays_of(job)));
-        let to_start: Vec<Option<f64>> = to_start.collect();
-        for (job, most_rays) in self.jobs.iter_mut().zip(to_start) {
-            let Some(most_rays) = most_rays else {
-                continue;
-            };
-            if in_haste && !job.knows_its_bias() {
-                job.stop_gathering(self.context);
-                job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
-            }
-            match job.kind {
-                // A sample of every element may take far longer than the bound maps took.
-                MapKind::Elements
-                    if !job.is_black()
-                        && (in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays) =>
-                {
-                    if job.engine == Engine::Gather {
-                        job.stop_gathering(self.context);
-                        job.method_reason = "a first look at every element by gathering would take too long".to_owned();
-                    }
-                    let chains = (most_rays / job.rays_per_sample()) as u64;
-                    job.count_all_by_chains(self.context, chains, most_s);
-                }
-                _ => {
-                    while !job.advance(self.context, self.sets.as_mut(), 1) {
-                        if is_long_over(self.settings, self.observer) {
-                            break;
-                        }
-                    }
-                }
+        let starts = |job: &Job| (self.fits(job, all_rays) && is_unstarted(job)).then(|| most_rays(job));
+        let to_start: Vec<Option<f64>> = self.jobs.iter().map(starts).collect();
+        for (index, most_rays) in to_start.into_iter().enumerate() {
+            if let Some(most_rays) = most_rays {
+                self.start(index, most_rays, in_haste);
             }
         }
+    }
+
+    /// Takes the first sample of a map; of elements for which it would take longer than `most_rays`, as many chains as these rays allow.
+    fn start(&mut self, index: usize, most_rays: f64, in_haste: bool) {
+        let job = &mut self.jobs[index];
+        if in_haste && !job.knows_its_bias() {
+            job.stop_gathering(self.context);
+            job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
+        }
+        let is_too_long = || in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays;
+        if job.kind != MapKind::Elements || job.is_black() || !is_too_long() {
+            while !job.advance(self.context, self.sets.as_mut(), 1) && !is_long_over(self.settings, self.observer) {}
+            return;
+        }
+        if job.engine == Engine::Gather {
+            job.stop_gathering(self.context);
+            job.method_reason = "a first look at every element by gathering would take too long".to_owned();
+        }
+        let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
+        let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));
+        let chains = (most_rays / job.rays_per_sample()) as u64;
+        job.count_all_by_chains(self.context, chains, most_s);
     }
 
     /// Removes and returns the maps that show nothing when a time limit passed long ago: a walk from each of their points would take far
