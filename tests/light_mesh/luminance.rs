@@ -48,7 +48,7 @@ fn mirrors_panes_and_sheets_show_what_formulas_say() {
         "directions": [[0.3,1,-0.4],[1,0,-0.1],[0,-1,-0.2],[0,0,1]] },
         { "name": "behind", "type": "luminance", "position": [-5,2.5,1.5], "directions": [[1,0,0]] }"#;
     let shown = |mirror: f64| {
-        let solution = by_mesh(&scene(geometry, lamp, eye, mirror), 0.1, 1);
+        let solution = by_mesh(&scene(geometry, lamp, eye, mirror), 0.25, 1);
         let rows = solution.maps.iter().flat_map(|map| &map.tables);
         assert!(rows.into_iter().all(|row| row.kind == TableKind::Luminance));
         assert_eq!(solution.maps[0].method, "light-mesh");
