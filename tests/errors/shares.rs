@@ -272,6 +272,8 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
 #[test]
 fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
     let scene = cube(0.5, 2.0);
+    let truth = with_chains(&scene, 900, MapSelection::Receivers, 512 * CHAINS);
+    let truth = floor(&truth);
     for method in [Method::Collision, Method::Gather, Method::Auto] {
         let target = Some(0.01);
         let to_target = Settings { chains: None, maps: MapSelection::Receivers, ..settings(method, target) };
@@ -284,8 +286,7 @@ fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
         let worst = of_four.iter().map(|part| floor(&part.solution).error.estimated).fold(0.0, f64::max);
         let least = of_four.iter().map(|part| floor(&part.solution).error.estimated).fold(1.0, f64::min);
         assert!(map.error.estimated < 1.02 * worst && map.error.estimated > 0.8 * least, "{method:?} {:?}", map.error);
-        let truth = with_chains(&scene, 900, MapSelection::Receivers, 512 * CHAINS);
-        let (truth, mean_lx) = (floor(&truth), map.tables[0].average_lx.value);
+        let mean_lx = map.tables[0].average_lx.value;
         let off = mean_square_lx2(map, truth).sqrt() / mean_lx;
         assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{method:?} {off} {:?}", map.error);
 
