@@ -159,7 +159,7 @@ impl Run<'_> {
             let by_gathering = match can_gather {
                 true if mean_lx > 0.0 => Ok(job.work_by_gathering(self.context, error)),
                 true => Err("its pilot found no light"),
-                false => Err("it knows no luminances, nor light that only chains find"),
+                false => Err("it computes no luminances, and no light that only chains find"),
             };
             if choice::settle(self.context, job, by_gathering, target) {
                 job.start_gathering(self.context, error, self.settings.chains);
@@ -360,7 +360,7 @@ impl Run<'_> {
         };
         job.stop_gathering(self.context);
         job.method_reason = format!(
-            "cells, and what was gathered through them, took all of their {} MB of memory",
+            "cells, and the results gathered through them, used up their {} MB of memory",
             self.most_bytes_of_cells >> 20
         );
         job.next_judgement = job.first_samples();
@@ -388,7 +388,7 @@ impl Run<'_> {
             };
             if in_haste && !job.knows_its_bias() {
                 job.stop_gathering(self.context);
-                job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
+                job.method_reason = "the run ended before walks could measure the error of the cells".to_owned();
             }
             match job.kind {
                 // A sample of every element may take far longer than the bound maps took.
@@ -398,7 +398,8 @@ impl Run<'_> {
                 {
                     if job.engine == Engine::Gather {
                         job.stop_gathering(self.context);
-                        job.method_reason = "a first look at every element by gathering would take too long".to_owned();
+                        job.method_reason =
+                            "a first sample of every element by gathering would take too long".to_owned();
                     }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains, most_s);
