@@ -71,7 +71,7 @@ fn rounds_go_on_to_the_target_and_bad_usage_ends_all_ranks() {
         ranks(2, &["solve", text(&room), "--out", text(&home.path("none")), "--share", "1/2", "--chains", "9"])
             .output()
             .expect("it starts");
-    assert!(code(&output) == 2 && errors(&output).contains("ranks share out the work"), "{}", errors(&output));
+    assert!(code(&output) == 2 && errors(&output).contains("ranks divide the work"), "{}", errors(&output));
     assert!(!home.path("none").exists());
 }
 

@@ -59,8 +59,8 @@ def write_case(folder, kinds, target_error, criterion, groups):
     write_points(folder, "window.csv", [(place, normal) for _, place, normal in behind])
     dump({
         "title": "CIE 171:2006, cases 5.9 to 5.12: openings in roof and facade under " + ("the uniform and the overcast sky" if kinds == [5, 16] else "general skies"),
-        "physics": "A black room sees the sky, and the ground that reflects 30 % of its light, through an opening with or without a pane. What a point receives is the integral of luminance over what it sees of the opening.",
-        "remarks": ["In per cent of the illuminance of an open horizontal plane. CIE's numbers come from parts of openings, so that near an opening's edge they are up to 8 % off the integral. The pane is one of clear glass after Fresnel, not the one of CIE's tables, which are left out for it."],
+        "physics": "A black room sees the sky, and the ground that reflects 30 % of its light, through an opening with or without a pane. The illuminance of a point is the integral of luminance over the part of the opening that it sees.",
+        "remarks": ["Values are in per cent of the illuminance of an open horizontal plane. CIE computed its numbers from parts of openings, so near an opening's edge they differ from the integral by up to 8 %. The pane is clear glass by Fresnel's formulas, not the pane of CIE's tables, so those tables are left out."],
         "sources": ["CIE 171:2006, cases 5.9 to 5.12, tables B.1 to B.4 and B.9 to B.14; reference.py", "ISO 15469:2004, table 1"],
         "groups": groups,
         "scene": {

@@ -346,7 +346,7 @@ class Result:
         return self
 
     def save(self, directory: Union[str, "os.PathLike[str]"], *, plots: str = "svg") -> "Result":
-        """Writes what ``luxmc solve --out DIR`` writes; ``plots`` are ``svg``, ``png``, both with a comma between, or ``none``."""
+        """Writes what ``luxmc solve --out DIR`` writes; ``plots`` are ``svg``, ``png``, both separated by a comma, or ``none``."""
         self._solution.save(Path(directory), plots)
         return self
 

@@ -115,8 +115,8 @@ def solve(
         ...
     luxmc.RefusedError: invalid value for target_error
       got:      "2"
-      expected: what --target-error of luxmc solve takes
-      remedy:   100% or more asks for nothing; write a relative error above 0 and below 1, such as 1% or 0.01
+      expected: a value that --target-error of luxmc solve accepts
+      remedy:   100% or more is no target; write a relative error above 0 and below 1, such as 1% or 0.01
     """
     given = {
         "target_error": target_error,

@@ -17,8 +17,8 @@ static ENDS: AtomicBool = AtomicBool::new(false);
 const OUT_OF_MEMORY: i32 = 4;
 
 /// The message of a process that runs out of memory. Writing it takes no memory.
-const SAYS: &[u8] = b"luxmc: error: the memory is used up
-  got:      work that needs more than there is, or more than --memory-limit allows
+const SAYS: &[u8] = b"luxmc: error: out of memory
+  got:      a computation that needs more memory than there is, or than --memory-limit allows
   expected: enough for the scene, its maps and the files that are written
   remedy:   ask for fewer maps with --maps, use a larger max_element_edge, or raise --memory-limit; nothing was written
 ";

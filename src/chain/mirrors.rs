@@ -115,7 +115,7 @@ pub(super) fn not_found(left_out: &[String]) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "light of the sun and of point-like luminaires by way of mirrors with more than {MOST_FACETS} flat facets in all, at receivers: {}",
+        "light of the sun and of point-like luminaires reflected by mirrors with more than {MOST_FACETS} flat facets in total, at receivers: {}",
         left_out.join(", ")
     )]
 }

@@ -89,7 +89,7 @@ fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
             count if count == points => all_outside.push(&set.name),
             // Without a room, receivers may well extend beyond the surfaces.
             count if has_room => advice.push(format!(
-                "{}: {count} of {points} points are outside of {box_m}, where no light of a room gets; they count in its tables and errors",
+                "{}: {count} of {points} points are outside of {box_m}, where the light of the room does not reach; tables and errors include them",
                 set.name
             )),
             _ => {}
@@ -138,7 +138,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let (held, _) = SolidLookup::of(shells, size_m).holding(&places_m);
     if held.len() < places.len() {
         advice.push(format!(
-            "{} of {} luminaires were not looked at, whether they stand inside of solids: there are too many solids about them",
+            "{} of {} luminaires were not checked for standing inside of solids: too many solids surround them",
             places.len() - held.len(),
             places.len()
         ));
@@ -148,7 +148,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     if !buried.is_empty() {
         let count = buried.len();
         advice.push(format!(
-            "{}: {BURIED}, which keeps {} light; move {} out of it, or, where the solid is a room, let it have \"facing\": \"inward\"",
+            "{}: {BURIED}, which blocks {} light; move {} out of it, or, if the solid is a room, give it \"facing\": \"inward\"",
             names(buried),
             if count == 1 { "its" } else { "their" },
             if count == 1 { "it" } else { "them" }
@@ -157,7 +157,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let aimed = scene.luminaires.iter().filter_map(place_and_aim).count();
     if aimed * scene.triangles.len() > MOST_LOOKS {
         advice.push(format!(
-            "{aimed} luminaires times {} triangles are too many to look where they aim and which surfaces cut their openings",
+            "{aimed} luminaires times {} triangles are too many to check where they aim and which surfaces cut their openings",
             scene.triangles.len()
         ));
         return;
@@ -183,7 +183,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     }
     if !at_backs.is_empty() {
         advice.push(format!(
-            "{}: aimed at the back of a one-sided surface, which swallows the light; outside of the room, or is the surface's front turned away?",
+            "{}: aimed at the back of a one-sided surface, which absorbs the light; outside of the room, or does the surface's front face away?",
             names(at_backs)
         ));
     }

@@ -36,7 +36,7 @@ pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
     }
     let its = if cut.len() == 1 { "its luminous opening" } else { "their luminous openings" };
     advice.push(format!(
-        "{}: part of {its} lies behind {}, up to {:.0} mm deep, and its light is lost there; move the luminaire's \"position\" off the surface by as much, or turn its \"aim\"",
+        "{}: part of {its} lies behind {}, up to {:.0} mm deep, and its light is lost there; move the luminaire's \"position\" off the surface by this distance, or turn its \"aim\"",
         names(cut.iter().copied()),
         listed(surfaces),
         1000.0 * deepest_m

@@ -100,9 +100,9 @@ impl MeshFaults {
         [
             kind(
                 &self.duplicate_triangles,
-                "triangle has the very corners of another",
-                "triangles have the very corners of others",
-                "; rays hit either of the two, so take one away",
+                "triangle has the same corners as another",
+                "triangles have the same corners as others",
+                "; rays hit either of the two, so delete one",
             ),
             KindOfFault {
                 all_looked_for: self.overlaps_looked_for,
@@ -110,14 +110,14 @@ impl MeshFaults {
                     &self.overlapping_triangles,
                     "pair of triangles cover each other in one plane",
                     "pairs of triangles cover each other in one plane",
-                    "; rays hit either of the two, so part them by a millimetre or cut one",
+                    "; rays hit either of the two, so move them a millimetre apart or cut one",
                 )
             },
             kind(
                 &self.turned_edges,
                 "edge lies between triangles that face opposite ways",
                 "edges lie between triangles that face opposite ways",
-                "; light that meets a back is absorbed, so turn one",
+                "; light that hits a back is absorbed, so flip one",
             ),
             kind(
                 &self.odd_edges,
@@ -129,7 +129,7 @@ impl MeshFaults {
                 &self.t_junctions,
                 "vertex lies in the middle of another triangle's edge (T-junction)",
                 "vertices lie in the middle of another triangle's edge (T-junctions)",
-                "; where rounding parts them light may pass, so split that edge",
+                "; rounding can open a gap there that light passes, so split that edge",
             ),
         ]
     }

@@ -32,7 +32,9 @@ struct Fitted {
 pub(super) fn fit_openings(scene: &mut Scene) {
     let boxes = scene.luminaires.iter().filter(|luminaire| has_box(luminaire)).count();
     if boxes.saturating_mul(scene.triangles.len()) > MOST_LOOKS {
-        scene.warnings.push(format!("too many luminous boxes ({boxes}) to look which of them are let into surfaces"));
+        scene
+            .warnings
+            .push(format!("too many luminous boxes ({boxes}) to check which of them are recessed into surfaces"));
         return;
     }
     let fitted: Vec<Option<Fitted>> = scene.luminaires.par_iter().map(|luminaire| fitted(scene, luminaire)).collect();
@@ -58,7 +60,7 @@ pub(super) fn fit_openings(scene: &mut Scene) {
     }
     let its = if trimmed.len() == 1 { "its luminous box reaches" } else { "their luminous boxes reach" };
     let message = format!(
-        "{}: {its} up to {:.0} mm behind {} and shine{} with the part in front alone, which sends all of the flux",
+        "{}: {its} up to {:.0} mm behind {} and shine{} only with the part in front, which emits all of the flux",
         names(trimmed.iter().map(|index| &scene.luminaires[*index])),
         1000.0 * deepest_m,
         listed(surfaces.iter().map(String::as_str)),

@@ -38,7 +38,7 @@ pub struct HarmonicFit {
 pub enum NoFit {
     /// A ray from the centre does not meet the mesh exactly once.
     #[error(
-        "the mesh is not star-shaped: from {center_m:.4} m in the direction {direction:.3} it is met {crossings} times"
+        "the mesh is not star-shaped: a ray from {center_m:.4} m in the direction {direction:.3} hits it {crossings} times"
     )]
     NotStarShaped {
         /// The mesh's centre of volume in m.

@@ -209,11 +209,11 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
 pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
     let mut warnings = Vec::new();
     if !found.t_junctions_looked_for {
-        warnings.push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
+        warnings.push(format!("{MESH}too many open edges to check for T-junctions here; luxmc inspect checks longer"));
     }
     if !found.overlaps_looked_for {
         warnings.push(format!(
-            "{MESH}too many triangles in one plane to look for all overlaps here; luxmc inspect looks longer"
+            "{MESH}too many triangles in one plane to check for all overlaps here; luxmc inspect checks longer"
         ));
     }
     for kind in found.kinds().into_iter().filter(|kind| kind.faults.count > 0) {
@@ -229,7 +229,7 @@ pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
             count => format!("{count} small holes, the longest "),
         };
         warnings.push(format!(
-            "{MESH}{holes}{:.3} m around at {}, along {}; light leaves there (luxmc inspect lists them)",
+            "{MESH}{holes}{:.3} m around at {}, along {}; light escapes there (luxmc inspect lists them)",
             hole.length_m,
             place_words(DVec3::from_array(hole.min_m)),
             joined(&hole.surfaces)

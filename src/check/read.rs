@@ -72,7 +72,7 @@ fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneErr
 
 /// Does the same, with or without the search for mesh faults.
 fn complete_with(scene: &mut Scene, written: &WrittenGeometry, looks_for_faults: bool) -> Result<(), SceneError> {
-    under_way::begin("checks of the whole", 0);
+    under_way::begin("checks of the whole scene", 0);
     refuse_white_rooms(&written.geometry, scene)?;
     let shells = closed_shells_of_geometries(scene);
     refuse_rooms_outward(&written.geometry, scene, &shells)?;
@@ -101,15 +101,15 @@ fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
     let found = overlaps(scene, shells, size_m(scene), &mut overlaps_budget(shells.len()));
     if let Some(([one, other], place_m)) = &found.first {
         let solids = match found.count {
-            1 if found.all_looked_at => "two solids stand in one another,".to_owned(),
-            count if found.all_looked_at => format!("{count} pairs of solids stand in one another, first"),
-            count => format!("at least {count} pairs of solids stand in one another, first"),
+            1 if found.all_looked_at => "two solids intersect:".to_owned(),
+            count if found.all_looked_at => format!("{count} pairs of solids intersect, first"),
+            count => format!("at least {count} pairs of solids intersect, first"),
         };
         scene
             .warnings
-            .push(format!("{MESH}{solids} {one} and {other} at {}; what lies inside is dark", place_words(*place_m)));
+            .push(format!("{MESH}{solids} {one} and {other} at {}; the parts inside are dark", place_words(*place_m)));
     } else if !found.all_looked_at {
-        scene.warnings.push(format!("{MESH}too many solids about each other to look which stand in one another"));
+        scene.warnings.push(format!("{MESH}too many solids near each other to check which solids intersect"));
     }
 }
 
@@ -124,7 +124,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     let mut warnings = Vec::new();
     if held.len() < points_m.len() {
         warnings.push(format!(
-            "{} of {} receiver points were not looked at, whether they lie inside of solids: there are too many solids about them; they count in tables and errors",
+            "{} of {} receiver points were not checked for lying inside of solids: too many solids surround them; tables and errors include them",
             points_m.len() - held.len(),
             points_m.len()
         ));
@@ -149,8 +149,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
                 1 => "points lies inside of a closed solid and is left out of tables and errors",
                 _ => "points lie inside of a closed solid; they are left out of tables and errors",
             };
-            let remedy =
-                if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };
+            let remedy = if inside == all { "; if the solid is a room, give it \"facing\": \"inward\"" } else { "" };
             warnings.push(format!("{}: {inside} of {all} {what}{remedy}", set.name));
         }
     }

@@ -27,9 +27,9 @@ pub(super) fn refuse_rooms_outward(geometry: &Node, scene: &Scene, shells: &[She
             let lit = if scene.receivers.is_empty() { "all luminaires" } else { "all luminaires and receivers" };
             return Err(node.refuse_as(
                 "a room whose faces look outward",
-                format!("{lit} lie inside of {name:?} or in its planes, where its surfaces have their unlit backs"),
+                format!("{lit} lie inside of {name:?} or in its planes, on the unlit backs of its surfaces"),
                 "\"facing\": \"inward\" for a room".to_owned(),
-                "add \"facing\": \"inward\" to it; if it is a solid that is to keep its light inside, say \"facing\": \"outward\"",
+                "add \"facing\": \"inward\" to it; if a solid that encloses all light is meant, write \"facing\": \"outward\"",
             ));
         }
     }

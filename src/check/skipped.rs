@@ -54,7 +54,7 @@ pub fn skip_checks(checks: &[MeshCheck]) {
 pub(super) fn words_on_skipped() -> Option<String> {
     let names: Vec<&str> = MeshCheck::ALL.into_iter().filter(|check| check.is_skipped()).map(MeshCheck::name).collect();
     let counts =
-        if MeshCheck::Insides.is_skipped() { "; points inside of solids count in tables and errors" } else { "" };
+        if MeshCheck::Insides.is_skipped() { "; tables and errors include points inside of solids" } else { "" };
     (!names.is_empty())
-        .then(|| format!("meshes were not checked for all: --skip-check left out {}{counts}", names.join(", ")))
+        .then(|| format!("meshes were not fully checked: --skip-check left out {}{counts}", names.join(", ")))
 }

@@ -16,7 +16,7 @@ const GRAVE: [&str; 10] = [
     "inside of a closed solid",
     "large for what is lit",
     "length_unit",
-    "stand in one another",
+    "solids intersect",
     "normals may be flipped",
     "left out, because",
 ];

@@ -63,34 +63,34 @@ fn least_loss(scene: &Scene) -> Losses {
 pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(), SceneError> {
     let losses = least_loss(scene);
     if !losses.all_looked_at {
-        scene
-            .warnings
-            .push("too many white rooms to look which of them lose next to nothing of their light".to_owned());
+        scene.warnings.push("too many white rooms to check which of them lose almost no light".to_owned());
     }
     if let Some(loss) = losses.least.filter(|loss| loss.share < LEAST_ABSORBED) {
         let share = if loss.share > 0.0 { format!("{:.1e}", loss.share) } else { "nothing".to_owned() };
         let (what, got) = if loss.openings_m2 > 0.0 {
             (
-                "a room in which next to nothing absorbs, with openings that let next to nothing out",
+                "a room that absorbs almost nothing, with openings that let almost no light out",
                 format!(
-                    "what stands around a luminaire loses {share} of what falls on it, by absorption and through openings of {:.1e} m²: light meets some {:.0e} surfaces",
+                    "the surfaces around a luminaire lose {share} of the light that falls on them, by absorption and through openings of {:.1e} m²: light hits about {:.0e} surfaces",
                     loss.openings_m2,
                     loss.share.recip()
                 ),
             )
         } else {
             (
-                "a closed room in which next to nothing absorbs",
-                format!("what stands around a luminaire absorbs {share} of what falls on it, and no light can leave"),
+                "a closed room that absorbs almost nothing",
+                format!(
+                    "the surfaces around a luminaire absorb {share} of the light that falls on them, and no light can leave"
+                ),
             )
         };
         return Err(geometry.refuse_as(
             what,
             got,
             format!(
-                "surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening of as much of their area"
+                "surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening of this share of their area"
             ),
-            "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
+            "lower a reflectance: light would be reflected for ever, or nearly so; the whitest paints have 0.99",
         ));
     }
     Ok(())
@@ -252,7 +252,7 @@ mod tests {
     fn a_white_room_needs_enough_that_absorbs_in_it() {
         assert!(read(1.0, &chest([1.0, 1.0, 1.0], 0.1, "grey")).is_ok());
         let refused = read(1.0, &chest([1.0, 1.0, 1.0], 0.01, "grey")).expect_err("nearly nothing absorbs");
-        assert!(refused.contains("6.0e-6") && refused.contains("next to nothing absorbs"), "{refused}");
+        assert!(refused.contains("6.0e-6") && refused.contains("absorbs almost nothing"), "{refused}");
     }
 
     #[test]

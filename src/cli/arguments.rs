@@ -55,16 +55,16 @@ pub enum Command {
     New(NewArguments),
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
-    /// Go on with a run from its checkpoint (solve --checkpoint FILE), to the same results or to a smaller error
+    /// Resume a run from its checkpoint (solve --checkpoint FILE), to the same results or to a smaller error
     Resume(ResumeArguments),
-    /// Make one result of the shares of a run (solve --share k/n), and judge its target
+    /// Merge the shares of a run (solve --share k/n) into one result, and check its target
     Merge(MergeArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source
     #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),
     /// Run validation cases against their exact solutions and write a report
     Validate(ValidateArguments),
-    /// Speed against error of every method that applies to a validation case
+    /// Compare speed and error of every method that applies to a validation case
     Compare(CompareArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),
@@ -79,10 +79,10 @@ pub enum Command {
     UgrTable(UgrTableArguments),
     /// Print the JSON Schema of the scene file
     Schema,
-    /// Make a scene of a model: OBJ, glTF, STL, PLY, Radiance
+    /// Make a scene from a model: OBJ, glTF, STL, PLY, Radiance
     #[command(long_about = convert::ABOUT)]
     Convert(ConvertArguments),
-    /// Print what a shell needs to complete commands and options
+    /// Print a script that lets a shell complete commands and options
     Completions(CompletionsArguments),
     /// Print a page of the manual, or write all of them
     Man(ManArguments),

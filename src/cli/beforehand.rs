@@ -174,13 +174,13 @@ impl Beforehand {
     /// The warning before reading, if the time limit is shorter than the estimated total.
     pub fn line(&self, limit_s: f64) -> Option<String> {
         let comes_to = match self.reading_s {
-            reading_s if reading_s > latest_s(limit_s) => "ends the run while it reads, and nothing will be written",
-            _ => "is exceeded by that and leaves no time for more than a first look",
+            reading_s if reading_s > latest_s(limit_s) => "ends the run during reading, and nothing will be written",
+            _ => "is exceeded, which leaves time for a first result only",
         };
         (self.reading_s + self.rest_s() > limit_s).then(|| {
             format!(
-                "warning: reading this scene takes about {} of a usual core, and making it ready for rays and writing about {} more, \
-                 whatever is computed: the time limit of {} {comes_to}",
+                "warning: reading this scene takes about {} on a typical core; preparing it for rays and writing \
+                 take about {} more, whatever is computed: the time limit of {} {comes_to}",
                 time(self.reading_s),
                 time(self.rest_s()),
                 time(limit_s)
@@ -229,9 +229,9 @@ mod tests {
         assert!((lamps.reading_s - 4.5).abs() < 0.1 && lamps.rest_s() > 1.0, "{lamps:?}");
         assert_eq!(lamps.slowness(2.0 * lamps.reading_s, || 7.0), 2.0);
         let line = lamps.line(1.0).expect("told");
-        assert!(line.contains("about 4.5 s") && line.contains("time limit of 1.0 s ends the run while"), "{line}");
+        assert!(line.contains("about 4.5 s") && line.contains("time limit of 1.0 s ends the run during"), "{line}");
         let line = lamps.line(5.0).expect("told");
-        assert!(line.contains("time limit of 5.0 s is exceeded") && line.contains("a first look"), "{line}");
+        assert!(line.contains("time limit of 5.0 s is exceeded") && line.contains("a first result"), "{line}");
         assert_eq!(lamps.line(60.0), None);
 
         let boxes = vec![r#"{ "name": "a" }"#; 100_000].join(",");

@@ -55,7 +55,7 @@ impl CheckpointKeeper {
         let written = *self.written.lock().ok()?;
         if written.has_failed {
             return Some(format!(
-                "warning: the latest checkpoint could not be written; what lies in {}, if anything, is an earlier one",
+                "warning: the latest checkpoint could not be written; {} contains an earlier one, if any",
                 self.path.display()
             ));
         }
@@ -64,8 +64,8 @@ impl CheckpointKeeper {
         }
         let path = self.path.display();
         let how = match DONE.contains(&solution.stop_reason) {
-            true => format!("luxmc resume {path} --target-error … goes on to a smaller error"),
-            false => format!("luxmc resume {path} goes on from there"),
+            true => format!("luxmc resume {path} --target-error … continues to a smaller error"),
+            false => format!("luxmc resume {path} continues from there"),
         };
         let (times, all) = (counted(written.count as usize, "time"), time(written.all_s));
         Some(format!("checkpoint in {path}: {how} (written {times}, {all} in all)"))
@@ -99,7 +99,7 @@ impl Keeper for CheckpointKeeper {
                 // The warning appears once: the run goes on, and the earlier checkpoint stays.
                 if !written.has_failed {
                     console::message(&format!(
-                        "warning: the checkpoint {} cannot be written ({error}): the run goes on, and tries again",
+                        "warning: the checkpoint {} cannot be written ({error}): the run continues and will try again",
                         self.path.display()
                     ));
                 }
@@ -118,7 +118,7 @@ impl Keeper for CheckpointKeeper {
 pub fn check(path: &Path, method: MethodChoice) -> Result<(), Failure> {
     if let Some(name) = method.name_without_chains() {
         return refuse(
-            "this method keeps no checkpoints: it does not go by rounds that could be gone on from",
+            "this method keeps no checkpoints: it does not compute in rounds that could be resumed",
             format!("--checkpoint {} --method {name}", path.display()),
             "auto, gather, collision or local",
             "leave out --checkpoint, or name one of those methods",
@@ -137,17 +137,17 @@ pub fn check(path: &Path, method: MethodChoice) -> Result<(), Failure> {
             Ok(file) if is_done(&file) => {}
             Ok(file) => {
                 return refuse(
-                    "a run that is not done has its checkpoint there",
+                    "the file is the checkpoint of an unfinished run",
                     words_on(&file),
-                    "a file that is not there yet, or the checkpoint of a run that is done",
-                    "go on with it: luxmc resume FILE; or delete it, or name another file",
+                    "a file that does not exist yet, or the checkpoint of a finished run",
+                    "resume it with luxmc resume FILE, delete it, or name another file",
                 );
             }
             Err(error) => {
                 return refuse(
-                    "a file that is no checkpoint bears that name",
+                    "a file of this name exists and is not a checkpoint",
                     format!("{}: {}", path.display(), error.got),
-                    "a file that is not there yet, or the checkpoint of a run that is done",
+                    "a file that does not exist yet, or the checkpoint of a finished run",
                     "name another file",
                 );
             }
@@ -169,8 +169,8 @@ pub fn prove(path: &Path) -> Result<(), Failure> {
         refuse(
             "the checkpoint cannot be written",
             format!("{}: {reason}", path.display()),
-            "a file in a directory that is there and can be written to",
-            "make the directory, allow writing there, or name another file",
+            "a file in an existing directory with permission to write",
+            "create the directory, allow writing there, or name another file",
         )
     })
 }
@@ -188,7 +188,7 @@ pub fn take_up(resumption: &Resumption, digest: String) -> Result<GoingOn, Seale
             what: "the scene is not the one that the run computed, or it has changed since".to_owned(),
             got: format!("digest {digest:.16}…"),
             expected: format!("digest {:.16}…, as in {}", file.header.scene_digest, file.path.display()),
-            remedy: "bring back the scene as it was, name it with --scene, or begin the run anew".to_owned(),
+            remedy: "restore the scene as it was, name it with --scene, or start a new run".to_owned(),
         });
     }
     Ok(GoingOn { kept: file.state()?, time_limit_s: resumption.time_limit_s })

@@ -16,17 +16,17 @@ Examples:
   luxmc compare sobolev cube --out speed --budget 60s
   luxmc compare light-mesh-luminaires --out speed   what a light mesh saves with many luminaires
   luxmc compare scaling choice --out speed        how cost grows with a scene, and how well auto chooses
-  luxmc compare scenes/office.json --truth out/long --out speed   a scene, judged by a long run of it
+  luxmc compare scenes/office.json --truth out/long --out speed   a scene, compared with a long run of it
 
 Every map of points or elements that the case compares is computed with more and more chains until the budget is
-used up, and judged against the exact map each time. A scene without an exact solution is judged by a long run of it, such as
+used up, and compared with the exact map each time. A scene without an exact solution is compared with a long run of it, such as
 luxmc solve scenes/office.json --method collision --seed 1000 --target-error 0.1% --out out/long";
 
 /// The examples and the list of studies, shown at the end of the help text.
 fn after_help() -> String {
     let list: Vec<String> = STUDIES.iter().map(|study| format!("  {:<23}{}", study.name, study.title)).collect();
     format!(
-        "{EXAMPLES}\n\nStudies, which are named like cases (all of light meshes: {}):\n{}",
+        "{EXAMPLES}\n\nStudies, which are given like cases (all studies of light meshes: {}):\n{}",
         studies::GROUP,
         list.join("\n")
     )
@@ -39,25 +39,25 @@ pub struct CompareArguments {
     /// Cases, groups, case folders or studies; with --truth a scene file
     #[arg(value_name = "CASE", required = true)]
     names: Vec<String>,
-    /// Directory for the report; made where missing, other files in it stay
+    /// Directory for the report; created if missing, other files in it stay
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Time for every method on every map: 20s, 5m
     #[arg(long, value_name = "TIME", default_value = "20s", value_parser = values::time_s)]
     budget: f64,
-    /// Results of a long run of the scene, made by luxmc solve: the truth, whose standard errors are allowed for
+    /// Results of a long run of the scene, made by luxmc solve: the reference, whose standard errors are taken into account
     #[arg(long, value_name = "DIR", conflicts_with = "cases")]
     truth: Option<PathBuf>,
-    /// Folder whose folders are the cases [default: ./validation, or one beside or above the program]
+    /// Folder that contains the folders of the cases [default: ./validation, or one beside or above the program]
     #[arg(long, value_name = "DIR")]
     cases: Option<PathBuf>,
-    /// Studies in small, to see that they work: seconds instead of minutes
+    /// Small versions of the studies, to test that they work: seconds instead of minutes
     #[arg(long)]
     quick: bool,
-    /// What mesh points keep of direct light in the study light-mesh-forms [default: both]
+    /// What mesh points store of direct light in the study light-mesh-forms [default: both]
     #[arg(long, value_name = "FORM", value_enum)]
     mesh_direct: Option<DirectWord>,
-    /// How places take it from the points, there and in light-mesh-indirect [default: all]
+    /// How places get it from the mesh points, in that study and in light-mesh-indirect [default: all]
     #[arg(long, value_name = "WAY", value_enum)]
     mesh_interpolation: Option<InterpolationWord>,
     /// No progress on standard error
@@ -68,9 +68,9 @@ pub struct CompareArguments {
 /// What a mesh point keeps of direct light.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum DirectWord {
-    /// Which luminaires are in sight
+    /// Which luminaires are visible
     Visibility,
-    /// One number, which knows no luminaire
+    /// One number for all luminaires together
     Scalar,
 }
 

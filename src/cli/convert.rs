@@ -15,30 +15,30 @@ use crate::scene::{ProposedMaterial, STAND_IN, allow_large_files, is_radiance, p
 
 /// Long help text of the command.
 pub const ABOUT: &str = "\
-Makes a scene file of a model (OBJ, glTF, GLB, STL, PLY, or Radiance's .rad), to be edited. Meshes stay in their file, which the scene
-names; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on
-the standard output tells where each reflectance comes from, and what is not known of it; warnings name what was not read.";
+Makes a scene file from a model (OBJ, glTF, GLB, STL, PLY, or Radiance's .rad), to be edited. Meshes stay in their file, to which the scene
+refers; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on
+standard output shows where each reflectance comes from and what is not known about it; warnings name what was not read.";
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc convert office.glb --out office.json
   luxmc convert scene/*.mat scene/*.rad grid/*.pts --out room.json     files of Radiance, as honeybee writes them, are one scene
-  luxmc inspect office.json                       then edit materials and luminaires, and look";
+  luxmc inspect office.json                       then edit materials and luminaires, and check";
 
 /// Arguments of `luxmc convert`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConvertArguments {
-    /// Model to read: one file, or several of Radiance (.mat, .rad) that make a scene; sensor grids (.pts) become receivers
+    /// Model to read: one file, or several Radiance files (.mat, .rad) that form one scene; sensor grids (.pts) become receivers
     #[arg(value_name = "MODEL", required = true)]
     models: Vec<PathBuf>,
     /// Scene file to write
     #[arg(long, value_name = "SCENE")]
     out: PathBuf,
-    /// Write over a scene file that is there already
+    /// Overwrite an existing scene file
     #[arg(long)]
     overwrite: bool,
-    /// Read files of any size: above 512 MiB they are taken for a slip
+    /// Read files of any size; without this option, files above 512 MiB are refused as probable mistakes
     #[arg(long)]
     allow_large: bool,
 }
@@ -52,9 +52,9 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
     let name = out.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     if out.exists() && !arguments.overwrite {
         return Err(Failure::Usage {
-            what: "the scene file is there already".to_owned(),
+            what: "the scene file exists already".to_owned(),
             got: format!("--out {}", out.display()),
-            expected: "a name that is free".to_owned(),
+            expected: "a name that is not in use".to_owned(),
             remedy: "name another file, or add --overwrite".to_owned(),
         });
     }
@@ -94,7 +94,7 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
         Err(error) => {
             proposal.reader_warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
             console::message(&format!(
-                "warning: the scene was written, and is to be mended before it is solved: {error}"
+                "warning: the scene was written, but must be corrected before it can be solved: {error}"
             ));
         }
     }
@@ -108,10 +108,10 @@ fn has_ending(file: &Path, ending: &str) -> bool {
 fn not_one_model(models: &[&Path]) -> Failure {
     let names: Vec<String> = models.iter().map(|model| model.display().to_string()).collect();
     Failure::Usage {
-        what: "several files that are not one scene".to_owned(),
-        got: if names.is_empty() { "sensor grids alone".to_owned() } else { names.join(" ") },
-        expected: "one model, or files of Radiance alone (.mat, .rad), and sensor grids (.pts) beside".to_owned(),
-        remedy: "convert each model by itself, and put the geometries of the scene files together".to_owned(),
+        what: "several files that do not form one scene".to_owned(),
+        got: if names.is_empty() { "only sensor grids".to_owned() } else { names.join(" ") },
+        expected: "one model, or only files of Radiance (.mat, .rad); with sensor grids (.pts) if wished".to_owned(),
+        remedy: "convert each model by itself, and combine the geometries of the scene files".to_owned(),
     }
 }
 

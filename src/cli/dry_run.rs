@@ -41,14 +41,15 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
     if !quiet {
         let target = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
         console::message(&format!(
-            "forecasts by pilots alone, with the interval that holds 90 % of runs; a run to {} forecasts anew at every look",
+            "forecasts by pilots only, with the interval that contains 90 % of runs; a run to {} updates its \
+             forecast at every error check",
             percent(target)
         ));
         let mut others = Vec::new();
         others.extend(Radiosity::check(scene).is_ok().then_some("radiosity"));
         others.extend(check_light_mesh(scene, settings).is_ok().then_some("light-mesh"));
         if method == MethodChoice::AUTO && !others.is_empty() {
-            console::message(&format!("without pilots, and not forecast: {}", others.join(", ")));
+            console::message(&format!("not forecast, since they have no pilots: {}", others.join(", ")));
         }
     }
     Ok(super::exit::Exit::Done)
@@ -90,7 +91,7 @@ fn megabytes(bytes: f64) -> String {
 pub fn check(method: MethodChoice) -> Result<(), Failure> {
     let Some(name) = method.name_without_chains() else { return Ok(()) };
     Err(Failure::Usage {
-        what: format!("{name} has no pilot that could tell what a run takes"),
+        what: format!("{name} has no pilot that could forecast a run"),
         got: format!("--dry-run with --method {name}"),
         expected: "--method auto, gather, collision or local".to_owned(),
         remedy: format!("leave out --method, or run {name} with a --time-limit"),

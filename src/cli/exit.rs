@@ -88,7 +88,8 @@ pub enum Failure {
     },
     /// A study lacks one of its cases, a scene, or room for its files.
     #[error(
-        "the study \"{name}\" cannot be run: {why}\n  needs:    luxmc's folder to be run in, and room in the temporary folder (TMPDIR names another)"
+        "the study \"{name}\" cannot be run: {why}\n  needs:    luxmc's folder as the working directory, and space \
+         in the temporary folder (TMPDIR names another)"
     )]
     Study {
         /// The study.
@@ -100,7 +101,7 @@ pub enum Failure {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The results could not be written to the standard output.
-    #[error("cannot write to the standard output: {0}\n  remedy:   look where it is redirected to")]
+    #[error("cannot write to the standard output: {0}\n  remedy:   check where it is redirected to")]
     StandardOutput(std::io::Error),
 }
 

@@ -41,11 +41,11 @@ pub struct InspectArguments {
     /// Write pictures into this directory: polar diagrams of luminaires, and the plan of a scene (SVG)
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    /// Read files of any size; without this option, files above 512 MiB (photometric files above 64 MiB) are refused as probable mistakes
     #[arg(long)]
     allow_large: bool,
-    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
-    /// warnings of the run say which
+    /// Checks of meshes to skip, separated by commas: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run list the skipped checks
     #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
     skip_check: Vec<MeshCheck>,
 }
@@ -144,7 +144,7 @@ fn scene_text(inspection: &Inspection, memory_bytes: u64) -> String {
 
 /// Whether the lines on meshes already report this warning in more detail.
 fn is_listed_above(warning: &str) -> bool {
-    warning.starts_with("mesh: ") && !warning.contains("stand in one another")
+    warning.starts_with("mesh: ") && !warning.contains("solids intersect")
 }
 
 fn place([x, y, z]: [f64; 3]) -> String {
@@ -176,10 +176,10 @@ fn mesh_text(mesh: &MeshFaults) -> String {
         }
     }
     if !mesh.t_junctions_looked_for {
-        text += "T-junctions were not looked for: the mesh has too many open edges\n";
+        text += "T-junctions were not searched for: the mesh has too many open edges\n";
     }
     if !mesh.overlaps_looked_for {
-        text += "not all overlaps in one plane were looked for: too many triangles lie in it\n";
+        text += "not all overlaps in one plane were searched for: too many triangles lie in it\n";
     }
     text
 }
@@ -280,7 +280,7 @@ fn product_lines(luminaires: &[InspectedLuminaire]) -> String {
     }
     let line = |(product, first, count): (&Product, &InspectedLuminaire, usize)| {
         let what = match product.words() {
-            words if words.is_empty() => "says neither maker nor catalogue number".to_owned(),
+            words if words.is_empty() => "names neither manufacturer nor catalogue number".to_owned(),
             words => words,
         };
         let opening = first.opening_m.map_or("a point".to_owned(), |[c0_m, c90_m, height_m]| {

@@ -108,8 +108,8 @@ impl KeptBack {
         let is_late = self.computing_until_s + self.ending_s > latest_s(self.limit_s);
         is_late.then(|| {
             format!(
-                "warning: making this scene ready for rays, judging and writing take about {}, whatever is computed: the time limit of {} is \
-                 exceeded by that and leaves no time for more than a first look",
+                "warning: preparing this scene for rays, error checks and writing take about {}, whatever is \
+                 computed: the time limit of {} is exceeded, which leaves time for a first result only",
                 time(self.rest_s()),
                 time(self.limit_s)
             )
@@ -121,7 +121,7 @@ impl KeptBack {
         let kept_s = self.limit_s - self.computing_until_s;
         (kept_s > 0.0).then(|| {
             format!(
-                "{} of the time limit of {} are kept back: judging and writing take about {}",
+                "{} of the time limit of {} are reserved: error checks and writing take about {}",
                 time(kept_s),
                 time(self.limit_s),
                 time(self.ending_s)

@@ -78,7 +78,7 @@ fn refuse_beyond(needed: u64, available: u64) -> Result<(), Failure> {
         what: "the maps do not fit into memory".to_owned(),
         got: format!("maps that need about {}", gigabytes(needed)),
         expected: format!("at most {}, which the machine has left or --memory-limit allows", gigabytes(available)),
-        remedy: "use a larger max_element_edge, fewer receivers, or ask for fewer maps with --maps".to_owned(),
+        remedy: "use a larger max_element_edge or fewer receivers, or request fewer maps with --maps".to_owned(),
     })
 }
 

@@ -34,15 +34,15 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc solve office.json --out out/1 --share 1/2 --chains 1e6 --target-error 0.5%
   luxmc solve office.json --out out/2 --share 2/2 --chains 1e6 --target-error 0.5%
-  luxmc merge out/1 out/2 --out out/all              judges the target, and says how many more shares it takes
+  luxmc merge out/1 out/2 --out out/all              checks the target, and reports how many more shares it takes
   luxmc solve office.json --out out/3 --share 3/3 --chains 1e6 --target-error 0.5%
-  luxmc merge out/1 out/2 out/3 --out out/all        a further share joins
+  luxmc merge out/1 out/2 out/3 --out out/all        adds a further share
   luxmc solve campus.json --out part/1 --receivers-part 1/2 --target-error 1%
   luxmc solve campus.json --out part/2 --receivers-part 2/2 --target-error 1%
-  luxmc merge part/* --out out/all                   parts of the receivers stand beside each other
+  luxmc merge part/* --out out/all                   combines parts of the receivers
 
-The result does not depend on the order of the directories. All shares from the first to the last are to be there, each once, and each with
-all parts of the receivers, of one scene, seed, method and version of luxmc.";
+The result does not depend on the order of the directories. All shares from the first to the last must be given, each once, and each with
+all parts of the receivers. They must have the same scene, seed, method and version of luxmc.";
 
 /// Arguments of `luxmc merge`.
 #[derive(Debug, Args)]
@@ -51,16 +51,16 @@ pub struct MergeArguments {
     /// Directories of all shares or parts, written by luxmc solve --share or --receivers-part
     #[arg(value_name = "DIR", required = true)]
     shares: Vec<PathBuf>,
-    /// Directory for the merged results; made where missing, other files in it stay
+    /// Directory for the merged results; created if missing, other files in it stay
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Judge this stated relative error of every bound map: 1% or 0.01 [default: that of the shares]
+    /// Target for the stated relative error of every bound map: 1% or 0.01 [default: that of the shares]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
-    /// Scene file, where it no longer lies where the shares found it
+    /// Scene file, if it is no longer where the shares found it
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
-    /// Plots: svg, png, both with a comma between, or none [default: svg]
+    /// Plots: svg, png, both separated by a comma, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
     /// Language of report, plots and the table on the terminal: en or de
@@ -69,14 +69,14 @@ pub struct MergeArguments {
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
-    /// Memory that the merge may take: 2GB, 512MiB [default: what the machine has left]
+    /// Memory that the merge may use: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
     memory_limit: Option<u64>,
-    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    /// Read files of any size; without this option, files above 512 MiB (photometric files above 64 MiB) are refused as probable mistakes
     #[arg(long)]
     allow_large: bool,
-    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
-    /// warnings of the run say which
+    /// Checks of meshes to skip, separated by commas: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run list the skipped checks
     #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
     skip_check: Vec<MeshCheck>,
     /// No notes on standard error; warnings and errors stay
@@ -283,15 +283,13 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
     Err(SealedError {
         path: other.path.clone(),
         what: match portion_of(one) == portion_of(other) {
-            true => format!("{} comes twice", words_on(one)),
-            false => format!(
-                "{} and {} are one and the same: their sums are equal to the last bit",
-                words_on(one),
-                words_on(other)
-            ),
+            true => format!("{} is given twice", words_on(one)),
+            false => {
+                format!("{} and {} are the same: their sums are equal to the last bit", words_on(one), words_on(other))
+            }
         },
-        got: format!("the other in {}", one.path.display()),
-        expected: "every share once, with sums of its own".to_owned(),
+        got: format!("the other one in {}", one.path.display()),
+        expected: "every share once, each with its own sums".to_owned(),
         remedy: "leave one of them out".to_owned(),
     })
 }
@@ -305,7 +303,7 @@ fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> 
         what: format!("{} and {} are {what}", names[0], names[1]),
         got,
         expected: format!("{expected}, as in {}", first.path.display()),
-        remedy: "compute all shares with one luxmc, scene, seed, method and choice of maps".to_owned(),
+        remedy: "compute all shares with the same luxmc, scene, seed, method and choice of maps".to_owned(),
     };
     let digits =
         |header: &crate::output::ShareHeader| format!("{} (digest {:.16}…)", header.scene, header.scene_digest);
@@ -328,7 +326,7 @@ fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> 
     }
     let parts = |header: &crate::output::ShareHeader| counted(header.record.part.of as usize, "part");
     if ours.record.part.of != theirs.record.part.of {
-        return Err(differ("of runs that share out receivers differently", parts(theirs), parts(ours)));
+        return Err(differ("of runs that divide the receivers differently", parts(theirs), parts(ours)));
     }
     // A small set may have points in some parts only. Which parts must have it is known once the scene is read.
     let (mine, its) = (&ours.record.maps, &theirs.record.maps);
@@ -367,7 +365,7 @@ fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
         path: shares[0].path.clone(),
         what: format!("{}{more} is missing", names.join(", ")),
         got: counted(shares.len(), if by_part { "part" } else { "share" }),
-        expected: format!("all {}, since one of them says that there are as many", u64::from(all) * parts),
+        expected: format!("all {}, the number that one of them states", u64::from(all) * parts),
         remedy: format!("compute it: {}{} --out DIR", shares[0].header.command, options_of(portion)),
     })
 }
@@ -387,7 +385,7 @@ fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<
                 what: "the shares have different targets".to_owned(),
                 got: words(other.header.target_error),
                 expected: format!("{}, as in {}", words(first), shares[0].path.display()),
-                remedy: "say which with --target-error".to_owned(),
+                remedy: "choose one with --target-error".to_owned(),
             })
         }
     }
@@ -402,9 +400,9 @@ fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Usage {
-        what: "the merged results would take the place of a share".to_owned(),
+        what: "the merged results would overwrite a share".to_owned(),
         got: format!("--out {}", arguments.out.display()),
-        expected: "a directory of its own".to_owned(),
+        expected: "a directory that is not a share".to_owned(),
         remedy: "name another directory".to_owned(),
     })
 }
@@ -436,7 +434,7 @@ fn check_scene(scene: &Scene, path: &Path, shares: &[ShareFile]) -> Result<(), S
         what: "the scene is not the one that the shares computed, or it has changed since".to_owned(),
         got: format!("digest {digest:.16}…"),
         expected: format!("digest {:.16}…, as in {}", header.scene_digest, share.path.display()),
-        remedy: "bring back the scene as it was, name it with --scene, or compute the shares again".to_owned(),
+        remedy: "restore the scene as it was, name it with --scene, or compute the shares again".to_owned(),
     })
 }
 
@@ -457,10 +455,10 @@ fn check_parts(shares: &[ShareFile], has: impl Fn(MapKind, ReceiversPart) -> boo
         if let Some(map) = all.iter().find(lacks) {
             return Err(SealedError {
                 path: share.path.clone(),
-                what: format!("{} is of different maps than the others", words_on(share)),
+                what: format!("{} has different maps from the others", words_on(share)),
                 got: map_names(share).collect::<Vec<_>>().join(", "),
                 expected: format!("\"{}\" as well", map.name),
-                remedy: "compute all parts with one choice of maps".to_owned(),
+                remedy: "compute all parts with the same choice of maps".to_owned(),
             });
         }
     }
@@ -471,7 +469,7 @@ fn method_of(share: &ShareFile) -> Result<Method, SealedError> {
     let name = &share.header.method;
     Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| SealedError {
         path: share.path.clone(),
-        what: "the share is by a method that cannot be merged".to_owned(),
+        what: "the share was computed by a method that cannot be merged".to_owned(),
         got: name.clone(),
         expected: Method::ALL.map(Method::name).join(", "),
         remedy: "compute the shares again with one of those".to_owned(),
@@ -504,7 +502,7 @@ fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
     let were = if cut.len() == 1 { "was" } else { "were" };
     (!cut.is_empty()).then(|| {
         format!(
-            "{} {were} interrupted and had done less than asked for: compute again what is to be whole",
+            "{} {were} interrupted before all requested work was done: compute again what must be complete",
             cut.join(", ")
         )
     })
@@ -550,8 +548,9 @@ fn words_on_more(more: &MoreShares, shares: &[ShareFile], target_error: f64) -> 
             )
         }
         MoreShares::NoNumber => format!(
-            "shares of this size are not known to meet the target of {target}, however many: what is not chance in their error is above it, \
-             or no light was found; give each more chains, or compute all by --method collision"
+            "no number of shares of this size is known to meet the target of {target}: the part of their error that \
+             is not random is above it, or no light was found; give each more chains, or compute all by --method \
+             collision"
         ),
     }
 }

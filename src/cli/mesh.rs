@@ -15,11 +15,11 @@ pub struct MeshArguments {
     /// With --method light-mesh: radius in m of the sets that are averaged [default: 1.25 steps]
     #[arg(long, value_name = "RADIUS", value_parser = length_m, allow_hyphen_values = true)]
     mesh_radius: Option<f64>,
-    /// With --method light-mesh: what mesh points keep of indirect light [default: directional]
+    /// With --method light-mesh: what mesh points store of indirect light [default: directional]
     #[arg(long, value_name = "FORM", value_enum)]
     mesh_indirect: Option<KeptForm>,
-    /// With --method light-mesh: short cuts to do without, with commas between; maps stay the same within their errors, the
-    /// run takes longer (for comparisons)
+    /// With --method light-mesh: accelerations to turn off, separated by commas; maps stay the same within their errors, the run takes
+    /// longer (for comparisons)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     mesh_without: Vec<Saving>,
 }
@@ -27,7 +27,7 @@ pub struct MeshArguments {
 /// What mesh points keep of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum KeptForm {
-    /// One number, whichever way a surface faces
+    /// One number, the same for every direction of a surface
     Scalar,
     /// Spherical harmonics of low order
     Directional,
@@ -36,11 +36,11 @@ enum KeptForm {
 /// An acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Saving {
-    /// The tree of rays from mesh points (MU1); without it every ray is traced by itself
+    /// The tree of rays from mesh points (MU1); without it every ray is traced separately
     Tree,
     /// Templates of the mesh points near a place (MU2)
     Templates,
-    /// Outer points of a set first, inner ones taken for seen where those are (MU3)
+    /// Outer points of a set first; inner points count as visible where the outer ones are (MU3)
     OuterFirst,
     /// Flags of the points inside of solids (MU4)
     InsideFlags,
@@ -86,7 +86,7 @@ impl MeshArguments {
             },
         };
         choice.check().map_err(|(got, expected)| Failure::Usage {
-            what: "the radius does not go with the step".to_owned(),
+            what: "the radius does not fit the step".to_owned(),
             got: format!("{}: {got}", self.again().trim()),
             expected,
             remedy: "1.25 is exact for its cost, 2.1 and 3.1 make smooth pictures".to_owned(),

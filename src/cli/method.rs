@@ -42,7 +42,7 @@ impl MethodChoice {
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance)";
     // `walk` is the name that results give to a map's indirect light.
-    let hint = if text == "walk" { "; walks are what collision takes for receivers" } else { "" };
+    let hint = if text == "walk" { "; collision uses walks for receivers" } else { "" };
     all_methods().find(|choice| choice.name() == text).ok_or_else(|| format!("no such method; {THERE}{hint}"))
 }
 
@@ -118,7 +118,7 @@ pub fn plots_named(text: &str) -> Result<Plots, Failure> {
     plots(text).map_err(|remedy| Failure::Usage {
         what: "invalid value for plots".to_owned(),
         got: format!("{text:?}"),
-        expected: "what --plots of luxmc solve takes".to_owned(),
+        expected: "a value that --plots of luxmc solve accepts".to_owned(),
         remedy,
     })
 }

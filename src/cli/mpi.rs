@@ -99,7 +99,7 @@ fn readied(world: &SimpleCommunicator, arguments: &SolveArguments) -> Result<Sce
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
         return Err(Failure::Usage {
-            what: "ranks share out the work themselves, and write what is merged after every round".to_owned(),
+            what: "ranks divide the work themselves, and write the merged results after every round".to_owned(),
             got: format!("{option} in {} ranks of MPI", world.size()),
             expected: "--target-error, --chains or --time-limit".to_owned(),
             remedy: format!("leave out {option}, or run without mpirun"),
@@ -197,7 +197,7 @@ impl Rank<'_> {
             watcher.finish();
             let collected = self.collect(&others, own?, begun);
             for rank in &collected.lost {
-                console::message(&format!("warning: rank {rank} is lost: the run goes on without it"));
+                console::message(&format!("warning: rank {rank} is lost: the run continues without it"));
                 others.retain(|other| other != rank);
                 is_whole = false;
             }
@@ -390,9 +390,9 @@ fn kept(directory: &Path, bytes: &[u8]) -> Result<ShareFile, Failure> {
 
 fn unspooled(place: &Path, error: &std::io::Error) -> Failure {
     Failure::Usage {
-        what: "the shares of ranks cannot be kept".to_owned(),
+        what: "the shares of the ranks cannot be stored".to_owned(),
         got: format!("{}: {error}", place.display()),
-        expected: "a temporary folder with room for the share of every rank and round".to_owned(),
-        remedy: "name another folder by TMPDIR, or make room".to_owned(),
+        expected: "a temporary folder with space for the share of every rank and round".to_owned(),
+        remedy: "name another folder by TMPDIR, or free some space".to_owned(),
     }
 }

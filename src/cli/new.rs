@@ -20,7 +20,7 @@ Examples:
   luxmc new room --kind list                       kinds of made-up rooms
   luxmc new room --kind attic --seed 3 --out attic one of them, to try things on
 
-Files that are there already are never overwritten.";
+Existing files are never overwritten.";
 
 /// Arguments of `luxmc new`.
 #[derive(Debug, Args)]
@@ -35,10 +35,10 @@ pub struct NewArguments {
     /// Degree of the series, for harmonics [default: 7]
     #[arg(long, value_name = "L")]
     degree: Option<usize>,
-    /// Directory for the project; made where missing [default for rooms: KIND-SEED]
+    /// Directory for the project; created if missing [default for rooms: KIND-SEED]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Kind of room, for rooms; "list" tells them all
+    /// Kind of room, for rooms; "list" shows all kinds
     #[arg(long, value_name = "KIND")]
     kind: Option<String>,
     /// Seed of the room, for rooms: another seed is another room of its kind [default: 0]
@@ -49,13 +49,13 @@ pub struct NewArguments {
 /// The projects that there are.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum NewProject {
-    /// An open-plan office with desks, a partition, twelve troffers and what the standard requires
+    /// An open-plan office with desks, a partition, twelve troffers and the requirements of the standard
     Office,
-    /// A corridor with a glass door, a polished floor, four wall washers and what the standard requires
+    /// A corridor with a glass door, a polished floor, four wall washers and the requirements of the standard
     Corridor,
-    /// A classroom with a board, desks and what the standard requires
+    /// A classroom with a board, desks and the requirements of the standard
     Classroom,
-    /// A school's gymnasium with 24 luminaires and what is required of it
+    /// A school's gymnasium with 24 luminaires and its requirements
     Gym,
     /// A storage hall with racks and 120 luminaires
     Hall,
@@ -116,7 +116,7 @@ pub fn run(arguments: &NewArguments) -> Outcome {
     let of_a_fit = arguments.mesh.as_ref().map(|_| "MESH").or(arguments.degree.map(|_| "--degree"));
     if let Some(option) = of_a_fit {
         return Err(Failure::Usage {
-            what: "meshes and degrees are for harmonics alone".to_owned(),
+            what: "a mesh and a degree apply to harmonics only".to_owned(),
             got: option.to_owned(),
             expected: "luxmc new harmonics MESH --degree L --out DIR".to_owned(),
             remedy: format!("leave out {option}, or fit a body"),
@@ -124,7 +124,7 @@ pub fn run(arguments: &NewArguments) -> Outcome {
     }
     if let Some(option) = arguments.kind.as_ref().map(|_| "--kind").or(arguments.seed.map(|_| "--seed")) {
         return Err(Failure::Usage {
-            what: "kinds and seeds are for rooms alone".to_owned(),
+            what: "a kind and a seed apply to rooms only".to_owned(),
             got: option.to_owned(),
             expected: "luxmc new room --kind KIND --seed N".to_owned(),
             remedy: format!("leave out {option}, or make a room"),
@@ -135,7 +135,7 @@ pub fn run(arguments: &NewArguments) -> Outcome {
             what: "a project needs a directory".to_owned(),
             got: "no --out".to_owned(),
             expected: "--out DIR".to_owned(),
-            remedy: "name a directory with --out; it is made where missing".to_owned(),
+            remedy: "name a directory with --out; it is created if missing".to_owned(),
         });
     };
     let mut files: Vec<FileToWrite> = templates
@@ -167,7 +167,7 @@ fn run_room(arguments: &NewArguments) -> Outcome {
             what: if name.is_empty() { "a room needs a kind" } else { "no such kind of room" }.to_owned(),
             got: if name.is_empty() { "no --kind".to_owned() } else { format!("--kind {name}") },
             expected: KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", "),
-            remedy: "name one of those; --kind list tells what they are".to_owned(),
+            remedy: "name one of those; --kind list explains them".to_owned(),
         });
     };
     let room = kind.room(arguments.seed.unwrap_or(0));
@@ -199,7 +199,7 @@ fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
         let target = out.join(path);
         if target.exists() {
             return Err(Failure::Usage {
-                what: "a file of the project is there already".to_owned(),
+                what: "a file of the project exists already".to_owned(),
                 got: target.display().to_string(),
                 expected: "a directory without files of these names".to_owned(),
                 remedy: "name another directory with --out".to_owned(),

@@ -32,7 +32,7 @@ pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
             what: "the degree is too high".to_owned(),
             got: format!("--degree {degree}"),
             expected: format!("0 to {LARGEST_DEGREE}"),
-            remedy: "take a lower degree, or the mesh itself".to_owned(),
+            remedy: "use a lower degree, or the mesh itself".to_owned(),
         });
     }
     let folder = mesh.parent().map_or_else(PathBuf::new, Path::to_path_buf);
@@ -50,7 +50,7 @@ pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
         what: error.to_string(),
         got: mesh.display().to_string(),
         expected: "a closed mesh that every ray from its centre of volume meets once".to_owned(),
-        remedy: "cut the mesh into parts that are star-shaped, or take the mesh itself".to_owned(),
+        remedy: "cut the mesh into star-shaped parts, or use the mesh itself".to_owned(),
     })?;
     let stem = mesh.file_stem().map_or_else(|| "body".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let files = vec![

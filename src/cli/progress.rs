@@ -225,7 +225,8 @@ fn limit_line(error: Forecast, target: Option<f64>) -> String {
     let comes_first =
         target.map_or(String::new(), |target| format!("comes before the target of {} and ", percent(target)));
     format!(
-        "by the pilots the time limit {comes_first}affords a stated error of {expected} or so ({low} to {high} in 90 % of runs)"
+        "forecast by the pilots: the time limit {comes_first}allows a stated error of about {expected} ({low} to \
+         {high} in 90 % of runs)"
     )
 }
 
@@ -261,23 +262,24 @@ fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
     }
     let when = match left_s.expected {
         _ if is_out_of_reach => "is out of reach so far".to_owned(),
-        left_s if left_s > NEVER_S => "will as good as never be met at this rate".to_owned(),
+        left_s if left_s > NEVER_S => "will practically never be met at this rate".to_owned(),
         _ => format!("is met in some {} at this rate", within(left_s)),
     };
     // The error falls with the square root of the work.
     let easier = target * ((runs_s + left_s.expected) / PATIENCE_S).sqrt();
     let remedy = match hindrance(progress) {
-        Some(Hindrance::Cells(_)) if is_out_of_reach => "--method collision has no such part".to_owned(),
+        Some(Hindrance::Cells(_)) if is_out_of_reach => "--method collision has no such error".to_owned(),
         Some(Hindrance::Elements(_)) => {
-            "smaller elements at the start (max_element_edge) may do, and --elements given asks for their means alone"
+            "smaller elements at the start (max_element_edge) may help, and --elements given computes only their means"
                 .to_owned()
         }
         _ if easier < 1.0 => format!("--target-error {:.2}% takes some {}", 100.0 * easier, time(PATIENCE_S)),
-        _ => "a larger error or fewer maps (--maps) take less".to_owned(),
+        _ => "a larger error or fewer maps (--maps) take less time".to_owned(),
     };
     let (target, cause) = (percent(target), cause(progress, is_out_of_reach));
     Some(format!(
-        "forecast: the target of {target} {when}{cause}; {remedy}; Ctrl-C or --time-limit end the run with what it has"
+        "forecast: the target of {target} {when}{cause}; {remedy}; Ctrl-C or --time-limit end the run with the \
+         results so far"
     ))
 }
 
@@ -289,15 +291,17 @@ fn cause(progress: &Progress, is_out_of_reach: bool) -> String {
     let name = &map.name;
     match (&map.hindrance, map.error) {
         (Some(Hindrance::Cells(bias)), _) if is_out_of_reach => format!(
-            ": what the cells of \"{name}\" share of its error, {}, exceeds it by itself, and walks take that off slowly",
+            ": the error that the cells of \"{name}\" have in common, {}, exceeds it by itself, and walks remove it \
+             slowly",
             percent(*bias)
         ),
         (Some(Hindrance::Elements(lost)), _) => format!(
-            ": what the elements of \"{name}\" cannot show, {}, exceeds it by itself until they are cut",
+            ": the discretisation error of the elements of \"{name}\", {}, exceeds it by itself until they are \
+             subdivided",
             percent(*lost)
         ),
         (Some(Hindrance::Check(times)), _) => format!(
-            "; most of it goes to \"{name}\", in which a statistical check refused the error {} so far",
+            "; most of it goes to \"{name}\", where a statistical check has rejected the error {}",
             if *times == 1 { "once".to_owned() } else { format!("{times} times") }
         ),
         (_, Some(error)) => format!("; most of it goes to \"{name}\" (its error so far {})", percent(error)),
@@ -359,17 +363,20 @@ mod tests {
         assert!(line_beside.contains("out of reach so far") && !line_beside.contains(" left"), "{line_beside}");
         assert_eq!(line_of(60.0, Hindrance::Elements(0.02)), None);
         let line = line_of(7200.0, Hindrance::Elements(0.02)).unwrap_or_default();
-        assert!(line.contains("cannot show, 2.00 %") && line.contains("max_element_edge"), "{line}");
+        assert!(line.contains("\"corners\", 2.00 %") && line.contains("max_element_edge"), "{line}");
         let line = line_of(7200.0, Hindrance::Check(2)).unwrap_or_default();
-        assert!(line.contains("refused the error 2 times"), "{line}");
+        assert!(line.contains("rejected the error 2 times"), "{line}");
     }
 
     #[test]
     fn a_limit_before_the_target_is_reported() {
         let error = Forecast { expected: 0.006, low: 0.004, high: 0.01 };
         let (with, without) = (limit_line(error, Some(0.001)), limit_line(error, None));
-        assert!(with.contains("comes before the target of 0.100 % and affords a stated error of 0.600 %"), "{with}");
-        assert!(without.contains("the time limit affords"), "{without}");
+        assert!(
+            with.contains("comes before the target of 0.100 % and allows a stated error of about 0.600 %"),
+            "{with}"
+        );
+        assert!(without.contains("the time limit allows"), "{without}");
     }
 
     #[test]

@@ -25,12 +25,13 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
         let from = proportions.from;
         return Some(Doubt {
             trust: Trust::None,
-            what: "stopped where its light starts",
+            what: "obstructed where its light starts",
             got: format!(
                 "half of all light from {from} meets a surface at once: they lie in its plane, on its back or facing it"
             ),
-            expected: format!("{from} with space before them"),
-            remedy: "let a room have \"facing\": \"inward\"; else move them off the surface, or turn \"aim\", \"side\" or the surface round",
+            expected: format!("{from} with free space in front of them"),
+            remedy: "give a room \"facing\": \"inward\"; otherwise move them off the surface, or reverse \"aim\", \
+                \"side\" or the surface",
         });
     }
     if trust == Trust::None && proportions.accuracy_m <= FINE_M {
@@ -38,25 +39,27 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
         return Some(Doubt {
             trust,
             what: "lit from too close to a surface",
-            got: format!("half of all light from {from} goes less than {way} m to the next surface"),
-            expected: format!("{from} in the plane of a surface, or a millimetre before it at least"),
-            remedy: "a luminaire at a ceiling hangs at the ceiling's height or below, not a trace above: move it to the side that it lights",
+            got: format!("half of all light from {from} travels less than {way} m to the next surface"),
+            expected: format!("{from} in the plane of a surface, or at least a millimetre in front of it"),
+            remedy: "place a luminaire at a ceiling at the ceiling's height or below, not slightly above: move it \
+                to the side that it lights",
         });
     }
     (trust != Trust::Sound).then(|| Doubt {
         trust,
         what: match trust {
             Trust::None => "too large for what is lit in it",
-            _ => "large for what is lit in it, and results may be off by half a percent beyond their errors",
+            _ => "large for what is lit in it, and results may be wrong by half a percent beyond their errors",
         },
         got: format!(
-            "positions known to {} m, by the size of the whole scene; from {} half of all light goes less than {} m to the next surface",
+            "positions accurate to {} m, by the size of the whole scene; half of all light from {} travels less \
+             than {} m to the next surface",
             plain(proportions.accuracy_m, 2),
             proportions.from,
             plain(proportions.median_way_m, 2)
         ),
-        expected: format!("positions known to {} m", plain(proportions.accuracy_wanted_m(), 2)),
-        remedy: "leave out or cut down what is far away, such as wide ground; a lost vertex makes a scene large, too",
+        expected: format!("positions accurate to {} m", plain(proportions.accuracy_wanted_m(), 2)),
+        remedy: "remove or shrink distant parts, such as wide ground; a stray vertex also makes a scene large",
     })
 }
 

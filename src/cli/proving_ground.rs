@@ -41,13 +41,13 @@ const RIVAL_PATHS: u32 = 256;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "For proving-ground")]
 pub struct ProvingGroundArguments {
-    /// Kinds of rooms, with commas between [default: all; luxmc new room --kind list]
+    /// Kinds of rooms, separated by commas [default: all; luxmc new room --kind list]
     #[arg(long, value_name = "KINDS", value_delimiter = ',')]
     kinds: Vec<String>,
-    /// Rooms of each kind: even ones to tune on, odd ones to judge by [default: 2]
+    /// Rooms of each kind: even ones for tuning, odd ones for judging [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     rooms: Option<u64>,
-    /// Targets of the runs, with commas between [default: 3%,1%,0.3%]
+    /// Targets of the runs, separated by commas [default: 3%,1%,0.3%]
     #[arg(long, value_name = "ERRORS", value_delimiter = ',', value_parser = values::target_error)]
     targets: Vec<f64>,
     /// Error of the references [default: a third of the smallest target]
@@ -56,7 +56,7 @@ pub struct ProvingGroundArguments {
     /// Processor time that a reference may take [default: 30m]
     #[arg(long, value_name = "TIME", value_parser = values::time_s)]
     reference_time: Option<f64>,
-    /// Folder where references are kept and found again [default: references in the folder of the report]
+    /// Folder where references are stored and reused [default: references in the folder of the report]
     #[arg(long, value_name = "DIR")]
     references: Option<PathBuf>,
     /// Program to run beside luxmc in diffuse rooms; docs/validation.md says what it must read and write
@@ -68,7 +68,7 @@ pub struct ProvingGroundArguments {
     /// Processor time after which a run is given up [default: 15m]
     #[arg(long, value_name = "TIME", value_parser = values::time_s)]
     patience: Option<f64>,
-    /// A coarse look in under a minute: four kinds, one room each, 3%, four seeds
+    /// A coarse check in under a minute: four kinds, one room each, 3%, four seeds
     #[arg(long)]
     quick: bool,
 }
@@ -147,7 +147,7 @@ fn kind_named(name: &str) -> Result<&'static Kind, Failure> {
         what: "no such kind of room".to_owned(),
         got: format!("--kinds {name}"),
         expected: KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", "),
-        remedy: "name some of those with commas between; luxmc new room --kind list tells what they are".to_owned(),
+        remedy: "name some of those, separated by commas; luxmc new room --kind list explains them".to_owned(),
     })
 }
 
@@ -165,7 +165,7 @@ pub fn refuse(option: &str) -> Failure {
 pub fn run(arguments: &ProvingGroundArguments, common: &CommonArguments) -> Outcome {
     if !common.is_alone {
         return Err(Failure::Usage {
-            what: "the proving ground has rooms, methods and targets of its own".to_owned(),
+            what: "the proving ground has its own rooms, methods and targets".to_owned(),
             got: format!(
                 "{PROVING_GROUND} beside cases, or with --cases, --method, --target-error or --collision-only"
             ),

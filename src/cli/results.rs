@@ -106,11 +106,12 @@ pub fn counted(count: usize, thing: &str) -> String {
 pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
     let stated = solution.stated_error().map_or(String::new(), |error| format!("; stated error {}", percent(error)));
     let end = match (solution.stop_reason, solution.target_met) {
-        (StopReason::Exact, _) => "exact: nothing is left to chance",
+        (StopReason::Exact, _) => "exact: no random error",
         (StopReason::Interrupted, _) => "interrupted",
         (StopReason::VerdictsDecided, _) => "verdicts decided",
         (StopReason::Undecided, _) => {
-            "verdicts undecided: values lie nearer to their limits than the least error tells (--target-error sets it)"
+            "verdicts undecided: values are closer to their limits than the smallest error can resolve \
+             (--target-error sets it)"
         }
         (_, Some(true)) => "target met",
         (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
@@ -163,7 +164,7 @@ fn covered_line(scene: &Scene, solution: &Solution) -> Option<String> {
     let parts: Vec<String> =
         rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
     let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
-    (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
+    (!rows.is_empty()).then(|| format!("note: hidden by contact, and not in these tables: {}{more}", parts.join(", ")))
 }
 
 /// The note on surfaces that are listed in files only.
@@ -172,7 +173,7 @@ fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
     let count = rows.filter(|row| row.kind == TableKind::Surface && !scene.is_reported(&row.name)).count();
     (count > 0).then(|| {
         format!(
-            "note: in tables.csv alone, and not in this table: {} of luminaires or with \"report\": false",
+            "note: only in tables.csv, and not in this table: {} of luminaires or with \"report\": false",
             counted(count, "surface")
         )
     })
@@ -183,7 +184,10 @@ fn unplotted_line(solution: &Solution) -> Option<String> {
     let sets = solution.maps.iter().filter(|map| map.kind != MapKind::Elements).count();
     let plotted = plotted_sets(sets);
     (sets > plotted).then(|| {
-        format!("note: plots and sensor grids are those of the first {plotted} of {sets} receiver sets; tables and receivers.csv have all")
+        format!(
+            "note: plots and sensor grids show the first {plotted} of {sets} receiver sets; tables and \
+             receivers.csv contain all"
+        )
     })
 }
 

@@ -14,11 +14,11 @@ use crate::output::{CheckpointFile, SealedError, read_checkpoint};
 const EXAMPLES: &str = "\
 Examples:
   luxmc solve office.json --out out --checkpoint office.ckpt --checkpoint-every 60s
-  luxmc resume office.ckpt                        goes on where that run was interrupted, and writes into out
-  luxmc resume office.ckpt --target-error 0.3%    goes on to a smaller error, once the first one is met
-  luxmc resume office.ckpt --time-limit 1h        an hour of it at most, which the next resume goes on from
+  luxmc resume office.ckpt                        continues where that run was interrupted, and writes into out
+  luxmc resume office.ckpt --target-error 0.3%    continues to a smaller error, once the first one is met
+  luxmc resume office.ckpt --time-limit 1h        at most an hour; the next resume continues from there
 
-A run that is interrupted and goes on comes to the same bytes as one that is not. It keeps its checkpoint in the same file.";
+A run that is interrupted and resumed gives the same bytes as one that is not. It keeps its checkpoint in the same file.";
 
 /// Arguments of `luxmc resume`.
 #[derive(Debug, Args)]
@@ -39,19 +39,19 @@ pub struct ResumeArguments {
     /// Time between two checkpoints [default: that of the run]
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     checkpoint_every: Option<f64>,
-    /// Scene file, where it no longer lies where the run found it
+    /// Scene file, if it is no longer where the run found it
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
     /// Worker threads; results do not depend on them [default: those of the run]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
-    /// Plots: svg, png, both with a comma between, or none [default: those of the run]
+    /// Plots: svg, png, both separated by a comma, or none [default: those of the run]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
-    /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
+    /// Memory that the run may use: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
     memory_limit: Option<u64>,
-    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    /// Read files of any size; without this option, files above 512 MiB (photometric files above 64 MiB) are refused as probable mistakes
     #[arg(long)]
     allow_large: bool,
     /// No progress on standard error; warnings and errors stay
@@ -64,7 +64,12 @@ pub fn run(arguments: &ResumeArguments, started: Instant) -> Outcome {
     let file = read_checkpoint(&arguments.checkpoint)?;
     check_version(&file)?;
     let mut solve: SolveArguments = serde_json::from_value(file.header.arguments.clone()).map_err(|error| {
-        unfit(&file, "the checkpoint's run is not one of this luxmc", error.to_string(), "arguments that it knows")
+        unfit(
+            &file,
+            "this luxmc does not know the arguments of the run in the checkpoint",
+            error.to_string(),
+            "arguments that this luxmc knows",
+        )
     })?;
     solve.out = Some(arguments.out.clone().unwrap_or_else(|| file.header.out.clone()));
     solve.target_error = arguments.target_error.or(solve.target_error);
@@ -93,7 +98,7 @@ fn check_version(file: &CheckpointFile) -> Result<(), SealedError> {
     if got == own {
         return Ok(());
     }
-    Err(unfit(file, "the checkpoint is of another version of luxmc", got.clone(), own))
+    Err(unfit(file, "the checkpoint was written by another version of luxmc", got.clone(), own))
 }
 
 fn unfit(file: &CheckpointFile, what: &str, got: String, expected: &str) -> SealedError {
@@ -102,6 +107,6 @@ fn unfit(file: &CheckpointFile, what: &str, got: String, expected: &str) -> Seal
         what: what.to_owned(),
         got,
         expected: expected.to_owned(),
-        remedy: "go on with the luxmc that wrote it, or begin the run anew".to_owned(),
+        remedy: "resume with the luxmc that wrote it, or start a new run".to_owned(),
     }
 }

@@ -91,7 +91,7 @@ impl RunOptions {
         let refuse = |remedy: String| Failure::Usage {
             what: format!("invalid value for {name}"),
             got: format!("{text:?}"),
-            expected: format!("what --{} of luxmc solve takes", name.replace('_', "-")),
+            expected: format!("a value that --{} of luxmc solve accepts", name.replace('_', "-")),
             remedy,
         };
         match name {

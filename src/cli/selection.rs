@@ -50,10 +50,10 @@ pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> 
     let kinds = map_requests(scene, maps).into_iter().map(|(kind, _)| kind);
     if *maps != MapSelection::Default && kinds.clone().any(|kind| kind == MapKind::Elements) {
         return Err(Failure::Usage {
-            what: "elements are not shared out: each of them lights the others".to_owned(),
+            what: "elements cannot be divided: each of them lights the others".to_owned(),
             got: format!("{request} with --maps that name the element map"),
-            expected: "receiver sets alone".to_owned(),
-            remedy: "compute the element map by a run of its own, and name receiver sets here, or leave out --maps"
+            expected: "receiver sets only".to_owned(),
+            remedy: "compute the element map in a separate run, and name receiver sets here, or leave out --maps"
                 .to_owned(),
         });
     }
@@ -68,7 +68,7 @@ pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> 
             what: "this part has no receivers".to_owned(),
             got: request,
             expected: "fewer parts than the sets have points".to_owned(),
-            remedy: "share them out over fewer runs".to_owned(),
+            remedy: "divide them among fewer runs".to_owned(),
         });
     }
     Ok(MapSelection::Named(names))
@@ -85,6 +85,6 @@ fn unknown(name: &str, scene: &Scene) -> Failure {
         what: what.to_owned(),
         got: format!("\"{name}\" in --maps"),
         expected: known.join(", "),
-        remedy: "name one or more of those, with commas between".to_owned(),
+        remedy: "name one or more of those, separated by commas".to_owned(),
     }
 }

@@ -29,7 +29,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     };
     if let Some(name) = method.name_without_chains() {
         return refuse(
-            "the error of this method is no matter of chance: every share would have the same",
+            "the error of this method is not random: every share would have the same error",
             format!("{request} --method {name}"),
             "auto, gather, collision or local",
             "leave it out, or name one of those methods",
@@ -37,10 +37,10 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
     }
     if portion.share.is_some() && settings.chains.is_none() && settings.time_limit_s.is_none() {
         return refuse(
-            "a share must know how much work it is to do",
+            "a share needs a fixed amount of work",
             request,
-            "--chains N or --time-limit TIME, for this share alone; --target-error is what luxmc merge judges",
-            "add --chains, such as --chains 1e7; luxmc solve --dry-run tells what targets take",
+            "--chains N or --time-limit TIME, for this share only; luxmc merge checks --target-error",
+            "add --chains, such as --chains 1e7; luxmc solve --dry-run forecasts what targets take",
         );
     }
     let binds_elements = map_requests(scene, &settings.maps).contains(&(MapKind::Elements, true));
@@ -48,7 +48,7 @@ pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: Metho
         return refuse(
             "elements that adapt to the light would differ from share to share and could not be merged",
             format!("{request} with --elements adaptive, which is the default"),
-            "--elements given, or --maps of receiver sets alone",
+            "--elements given, or --maps of receiver sets only",
             "add --elements given; \"max_element_edge\" in the scene makes them finer",
         );
     }

@@ -38,7 +38,7 @@ pub struct SobolevArguments {
     /// Distances: 0,0.5,1 or from:to:count, both ends included
     #[arg(long, value_name = "R", value_parser = values::distances, allow_hyphen_values = true)]
     r: Distances,
-    /// Plane on which the illuminance is asked for: 1 or 2
+    /// Plane on which the illuminance is computed: 1 or 2
     #[arg(long, value_name = "PLANE", default_value = "1", value_parser = plane)]
     plane: SobolevPlane,
 }

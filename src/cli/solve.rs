@@ -38,19 +38,19 @@ fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
             (
                 "--share",
                 arguments.share.is_some(),
-                "verdicts are known once shares are merged, and none of them goes on for them",
+                "verdicts are known once shares are merged; a share cannot run until they are decided",
             ),
             (
                 "--receivers-part",
                 arguments.receivers_part.is_some(),
-                "verdicts are known once parts are merged, and none of them goes on for them",
+                "verdicts are known once parts are merged; a part cannot run until they are decided",
             ),
             (
                 "--checkpoint",
                 arguments.checkpoint.is_some(),
-                "a run for verdicts begins anew for each error, and keeps no checkpoint",
+                "a run for verdicts starts again for each error, and keeps no checkpoint",
             ),
-            ("--dry-run", arguments.dry_run, "a dry run tells what errors take, and not what verdicts do"),
+            ("--dry-run", arguments.dry_run, "a dry run forecasts the work for errors, not for verdicts"),
         ],
     )
 }
@@ -154,7 +154,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     }
 
     if let Some(resumption) = &resumption {
-        tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
+        tell(&format!("resuming from {}", checkpoint::words_on(&resumption.file)));
     }
     let keeper = arguments.checkpoint.as_ref().map(|path| {
         let header = checkpoint::header(run.scene_digest(), [scene_file, &arguments.scene, out], arguments);
@@ -170,7 +170,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             Ok(solution)
         }
     };
-    let readying = || "making the scene ready for rays, and pilots".to_owned();
+    let readying = || "preparing the scene for rays, and pilots".to_owned();
     let solution: Result<_, Failure> = meanwhile(readying, started, quiet, || watcher.has_begun(), solve);
     watcher.finish();
     let solution = match solution {
@@ -298,8 +298,9 @@ fn keep_back(
 fn late_line(limit_s: f64, read_s: f64, kept_back: &KeptBack) -> Option<String> {
     (read_s >= limit_s).then(|| {
         format!(
-            "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look, some {} with \
-             making ready and writing, and a limit leaves time to compute from twice all that on",
+            "warning: reading and checking the scene took {}, more than the time limit of {}: the run gives a first \
+             result only; preparation and writing take some {} more. A limit of at least twice the total leaves time \
+             to compute",
             time(read_s),
             time(limit_s),
             time(kept_back.rest_s())

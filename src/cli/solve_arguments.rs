@@ -21,14 +21,14 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc solve office.json --out out                       to a stated error of 1% (the default)
   luxmc solve office.json --out out --target-error 0.5%   finer
-  luxmc solve office.json --out out --target verdicts     until every requirement is met or not, beyond doubt
+  luxmc solve office.json --out out --target verdicts     until it is certain whether every requirement is met
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
   luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
   luxmc solve campus.json --out out/3 --receivers-part 3/8       every eighth receiver, for luxmc merge
-  luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt goes on
+  luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt continues
   luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
-  luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
+  luxmc solve office.json --out out --maps \"work plane\"   one receiver set only
 
 The first stop rule met ends the run. Standard output carries the result table alone.
 Ctrl-C ends the run and writes what it has; another one a second later ends the process at once.
@@ -43,15 +43,15 @@ pub struct SolveArguments {
     /// Directory for the results; made where missing, other files in it stay
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
     pub out: Option<PathBuf>,
-    /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
-    /// of 3, 1, 0.3 and 0.1%, and to --target-error
+    /// Run the pilots only, and print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to
+    /// errors of 3, 1, 0.3 and 0.1%, and to --target-error
     #[arg(long)]
     pub(super) dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     pub target_error: Option<f64>,
-    /// Go on until every requirement of the scene is met or not, beyond doubt: verdicts. Computes the receiver sets, unless --maps names
-    /// others; --target-error then is the least error to go to [default: 0.1%]
+    /// Run until it is certain for every requirement of the scene whether it is met: verdicts. Computes the receiver sets, unless --maps
+    /// names others; --target-error is then the smallest error to go to [default: 0.1%]
     #[arg(long, value_name = "WHAT", value_parser = target)]
     pub(super) target: Option<Target>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
@@ -66,27 +66,27 @@ pub struct SolveArguments {
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<usize>,
-    /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
-    /// commas between [default: all are computed; the target binds the receiver sets, if any]
+    /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets, separated by commas [default:
+    /// all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
     pub(super) maps: Option<String>,
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
     /// light-mesh (planes and luminance; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     pub(super) method: MethodChoice,
-    /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
-    /// target asks, with their discretisation error) or given (the scene's own, as means)
+    /// Elements of the element map where the target binds it: adaptive (the scene's elements, subdivided and with slopes as far as the
+    /// target requires, with their discretisation error) or given (the scene's elements, as means)
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
     pub(super) elements: ElementChoice,
-    /// Compute one of many independent shares of a run, such as 3/8, which luxmc merge makes one result of. --chains or --time-limit
-    /// say how much work it is; --target-error is what the merged result is judged by
+    /// Compute one of many independent shares of a run, such as 3/8; luxmc merge combines them into one result. --chains or --time-limit
+    /// set the work of a share; the merged result is checked against --target-error
     #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
     pub(super) share: Option<Share>,
-    /// Compute one of several parts of the receivers, such as 3/8: every eighth point of each set from the third on. luxmc merge makes one
-    /// result of all parts, and judges the target
+    /// Compute one of several parts of the receivers, such as 3/8: every eighth point of each set from the third on. luxmc merge combines
+    /// all parts into one result, and checks the target
     #[arg(long, value_name = "K/N", value_parser = values::receivers_part, allow_hyphen_values = true, conflicts_with = "dry_run")]
     pub(super) receivers_part: Option<ReceiversPart>,
-    /// Keep the state of the run in this file, from which luxmc resume goes on
+    /// Keep the state of the run in this file, from which luxmc resume continues
     #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
     #[serde(skip)]
     pub checkpoint: Option<PathBuf>,
@@ -96,21 +96,21 @@ pub struct SolveArguments {
     #[command(flatten)]
     #[serde(skip)]
     pub(super) mesh: MeshArguments,
-    /// Plots: svg, png, both with a comma between, or none [default: svg]
+    /// Plots: svg, png, both separated by a comma, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     pub plots: Option<Plots>,
     /// Language of report, plots and the table on the terminal: en or de
     #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
     #[serde(default)]
     pub language: Language,
-    /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
+    /// Memory that the run may use: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
     pub memory_limit: Option<u64>,
-    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    /// Read files of any size; without this option, files above 512 MiB (photometric files above 64 MiB) are refused as probable mistakes
     #[arg(long)]
     pub allow_large: bool,
-    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
-    /// warnings of the run say which
+    /// Checks of meshes to skip, separated by commas: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run list the skipped checks
     #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
     #[serde(default)]
     pub skip_check: Vec<MeshCheck>,

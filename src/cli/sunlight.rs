@@ -16,12 +16,12 @@ use crate::year::{EXPOSURE_HOURS, SetSunlight, SunSite, sum_of_hours, sunlight};
 
 /// Long help text of the command.
 pub const ABOUT: &str = "\
-Exposure to sunlight after EN 17037: for how many hours of a day the sun's middle is seen from each receiver, where it stands in front of its
-plane, through panes and past all geometry. The standard asks for 1.5, 3 or 4 hours on a day between 1 February and 21
-March, at the middle of an opening's inner side. Times are found to a second where the sun is seen or hidden for a minute
+Exposure to sunlight after EN 17037: for how many hours of a day the centre of the sun is visible from each receiver, in front of its
+plane, through panes and past all geometry. The standard requires 1.5, 3 or 4 hours on a day between 1 February and 21
+March, at the middle of an opening's inner side. Times are accurate to a second where the sun is visible or hidden for a minute
 or longer. +y is north.
 
-Standard output has each receiver set's day with most hours; --out takes all points and days as sunlight.csv.";
+Standard output shows the day with most hours of each receiver set; --out writes all points and days to sunlight.csv.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -41,13 +41,13 @@ pub struct SunlightArguments {
     /// Longitude in degrees, west of Greenwich below 0
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     longitude: f64,
-    /// Hours that the times are ahead of universal time
+    /// Hours by which the times are ahead of universal time
     #[arg(long, value_name = "HOURS", default_value_t = 0.0, allow_negative_numbers = true)]
     time_zone: f64,
-    /// Day, or from which to which, as MM-DD or MM-DD:MM-DD
+    /// Day or range of days, as MM-DD or MM-DD:MM-DD
     #[arg(long, value_name = "DAYS", default_value = "02-01:03-21", value_parser = days)]
     days: Days,
-    /// Height of the sun in degrees from which on it counts; national annexes tell one
+    /// Lowest elevation of the sun in degrees at which it counts; national annexes give a value
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     least_elevation: f64,
     /// Write sunlight.csv into this directory

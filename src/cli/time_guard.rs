@@ -108,10 +108,10 @@ impl Watched {
     /// The message: what has been done in the seconds so far, and how long all of it would take.
     fn failure(&self, limit_s: f64, now_s: f64) -> Failure {
         let (until, done) = match self.read_s.get() {
-            None => ("its scene was read", format!("reading had come to {} after {}", reading_so_far(), time(now_s))),
+            None => ("its scene was read", format!("reading had reached {} after {}", reading_so_far(), time(now_s))),
             Some(read_s) => (
                 "its scene was ready for rays",
-                format!("reading took {}, and making ready was not done after {}", time(*read_s), time(now_s)),
+                format!("reading took {}, and preparing was not finished after {}", time(*read_s), time(now_s)),
             ),
         };
         let by_sizes = self.beforehand.get().map_or([0.0; 2], Beforehand::seconds);
@@ -120,7 +120,8 @@ impl Watched {
             what: format!("the time limit ends the run before {until}"),
             got: format!("a limit of {}; {done}", time(limit_s)),
             expected: format!(
-                "some {} or more: by the sizes of its files reading takes about {} of a usual core, making ready and writing {}",
+                "some {} or more: by the sizes of its files, reading takes about {} on a typical core, preparing \
+                 and writing {}",
                 time(LIMIT_OVER_ALL * all_s),
                 time(by_sizes[0]),
                 time(by_sizes[1])

@@ -24,9 +24,9 @@ UGR table of a luminaire after CIE 190:2010: nineteen rooms of 2H × 2H to 12H �
 five sets of reflectances, by the standard's formulas. H is 2 m from the eye to the luminaires, which stand 0.25 H
 apart as in makers' tables (--spacing 1: as in the standard's own); the background luminance is that of the tabular
 method. Ratings hold for the flux and the dimensions of the
-file; ratings below 10 are told as that.
+file; ratings below 10 are shown as < 10.
 
-Standard output carries the table; --out takes it as ugr-table.csv, ugr-corrections.csv and ugr-table.html.";
+Standard output carries the table; --out writes it as ugr-table.csv, ugr-corrections.csv and ugr-table.html.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -42,10 +42,10 @@ pub struct UgrTableArguments {
     /// Photometric file (.ies or .ldt)
     #[arg(value_name = "LUMINAIRE")]
     file: PathBuf,
-    /// Reflectances of ceiling, walls and reference plane in percent, one set after the other; without it the five of the standard
+    /// Reflectances of ceiling, walls and reference plane in percent, sets separated by commas [default: the five sets of the standard]
     #[arg(long, value_name = "C/W/R,…", value_parser = values::reflectances)]
     reflectances: Option<Reflectances>,
-    /// Distance between luminaires over H: 1, or a whole part of it
+    /// Distance between luminaires over H: 1, or 1 divided by a whole number
     #[arg(long, value_name = "S", default_value_t = TABLE_SPACING_H, allow_negative_numbers = true)]
     spacing: f64,
     /// Write the table into this directory: CSV and HTML

@@ -26,11 +26,11 @@ Examples:
   luxmc validate hard --out report                hard cases: rooms that break naive methods
   luxmc validate calibration --out report         60 runs a map: error bars, stop rule and forecast; some minutes
   luxmc validate calibration --seeds 300 --target-error 2% --out report   the full campaign
-  luxmc validate proving-ground --quick --out report   made-up rooms, a coarse look; under a minute
+  luxmc validate proving-ground --quick --out report   made-up rooms, a coarse check; under a minute
   luxmc validate proving-ground --rooms 4 --seeds 20 --rival peer --out report   a campaign of hours
   luxmc validate my/case --out report             a case of your own: a folder with a case.json
 
-Exit code 1: a case failed; its name stands on standard error and in the report.";
+Exit code 1: a case failed; standard error and the report name it.";
 
 /// Arguments of `luxmc validate`.
 #[derive(Debug, Args)]
@@ -39,13 +39,13 @@ pub struct ValidateArguments {
     /// Cases, groups (all, quick, hard, calibration, proving-ground) or case folders [default: all]
     #[arg(value_name = "CASE")]
     names: Vec<String>,
-    /// Directory for the report; made where missing, other files in it stay
+    /// Directory for the report; created if missing, other files in it stay
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Folder whose folders are the cases [default: ./validation, or one beside or above the program]
+    /// Folder that contains the folders of the cases [default: ./validation, or one beside or above the program]
     #[arg(long, value_name = "DIR")]
     cases: Option<PathBuf>,
-    /// Run every case by this method instead of its own: any that luxmc compare knows; what it cannot is left out
+    /// Run every case by this method instead of its own: any method of luxmc compare; cases that it cannot compute are left out
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
     #[command(flatten)]
@@ -90,7 +90,7 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
         || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some() || arguments.collision_only))
     {
         return Err(Failure::Usage {
-            what: "a calibration is asked for by its name alone".to_owned(),
+            what: "calibration must be the only name given".to_owned(),
             got: arguments.names.join(" "),
             expected: "luxmc validate calibration [--seeds N] [--target-error ERROR] --out DIR".to_owned(),
             remedy: "run cases and calibration one after the other".to_owned(),

@@ -22,7 +22,7 @@ pub fn target_error(text: &str) -> Result<f64, String> {
     if error > 0.0 && error < 1.0 {
         return Ok(error);
     }
-    Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
+    Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more is no target" } else { "no run can reach it" }))
 }
 
 /// A part of a whole: `0.2` or `20%`.
@@ -41,7 +41,7 @@ fn number_or_percent(text: &str) -> Option<f64> {
 pub fn mesh_check(text: &str) -> Result<MeshCheck, String> {
     let names = MeshCheck::ALL.map(MeshCheck::name).join(", ");
     let found = MeshCheck::ALL.into_iter().find(|check| check.name() == text.trim());
-    found.ok_or_else(|| format!("no check of meshes; name some of {names}, with commas between"))
+    found.ok_or_else(|| format!("no such check of meshes; name some of {names}, separated by commas"))
 }
 
 /// A share of a run: `3/8`, counted from 1.
@@ -58,7 +58,7 @@ pub fn receivers_part(text: &str) -> Result<ReceiversPart, String> {
 
 /// One of several: `3/8`, counted from 1.
 fn one_of(text: &str, what: &str) -> Result<(u32, u32), String> {
-    let remedy = format!("write which {what} of how many, such as 3/8, counted from 1");
+    let remedy = format!("write the number of the {what} and the total, such as 3/8, counted from 1");
     let (number, of) = text.split_once('/').ok_or_else(|| format!("no {what}; {remedy}"))?;
     let count = |part: &str| part.trim().parse::<u32>().map_err(|_| format!("\"{part}\" is no number; {remedy}"));
     let (number, of) = (count(number)?, count(of)?);

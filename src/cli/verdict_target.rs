@@ -18,7 +18,7 @@ pub enum Target {
 pub fn target(text: &str) -> Result<Target, String> {
     match text {
         "verdicts" => Ok(Target::Verdicts),
-        _ => Err("the target is verdicts; an error is set by --target-error".to_owned()),
+        _ => Err("the only target is verdicts; --target-error sets an error".to_owned()),
     }
 }
 
@@ -30,7 +30,7 @@ pub fn target(text: &str) -> Result<Target, String> {
 pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
     if let Some(chains) = settings.chains {
         return Err(refusal(
-            "fixed chains leave nothing to go on with until verdicts are decided",
+            "a run with a fixed number of chains cannot continue until verdicts are decided",
             format!("--target verdicts --chains {chains}"),
             "--target verdicts, with --time-limit and --target-error if wished",
             "leave out --chains or --target",
@@ -47,11 +47,11 @@ pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
     let asks_elsewhere = scene.receivers.iter().any(|set| !set.requirements.is_empty());
     let (got, remedy) = match asks_elsewhere {
         true => (
-            "--target verdicts with --maps of which nothing is required",
+            "--target verdicts with --maps that have no requirements",
             "name the sets that have requirements, or leave out --maps",
         ),
         false => (
-            "--target verdicts with a scene that requires nothing",
+            "--target verdicts with a scene without requirements",
             "give a receiver \"requirements\": { \"average_lx\": 500 }, or leave out --target",
         ),
     };

@@ -22,8 +22,8 @@ use crate::year::{Blinds, YearSettings, YearSolution, solve_year};
 /// Long help text of the command.
 pub const ABOUT: &str = "\
 A year of daylight. The scene's sky takes its light from the weather hour by hour: Perez's all-weather sky in patches of
-Reinhart's, the ground below it, and the sun where it stands in each hour. What each patch and each hour's sun brings a
-receiver is gathered once, so that all hours share it, and so do their errors.
+Reinhart's, the ground below it, and the sun at its position in each hour. The light that each patch and each hour's sun
+brings to a receiver is gathered once and used for all hours, which therefore share its errors.
 
 For each receiver set on planes: spatial daylight autonomy (300 lx in half of the occupied hours) and annual sunlight
 exposure (1000 lx of the sun alone in more than 250 occupied hours) after IES LM-83, useful daylight illuminance (below
@@ -54,17 +54,17 @@ pub struct YearArguments {
     /// Directory for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Relative standard error that each point's hourly illuminances are to have, their root mean square over occupied hours (of hours
-    /// darker than a hundredth of the mean, relative to that)
+    /// Target for the relative standard error of each point's hourly illuminances: root mean square over occupied hours (in hours darker
+    /// than a hundredth of the mean, relative to that hundredth)
     #[arg(long, value_name = "ERROR", default_value = "3%", value_parser = values::target_error)]
     target_error: f64,
     /// Occupied hours of every day, in standard time
     #[arg(long, value_name = "FROM-TO", default_value = "8-18", value_parser = occupied)]
     occupied: Occupied,
-    /// Into how many parts the sides of the 145 patches of the sky are cut: 145, 577, 1297 or 2305 patches
+    /// Number of parts into which each side of the 145 patches of the sky is divided: 145, 577, 1297 or 2305 patches
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SUBDIVISION)))]
     sky_subdivision: u32,
-    /// Blinds close while the sun alone brings 1000 lx to more than 2 % of a set's points; closed ones let pass this share of all
+    /// Blinds close while the sun alone brings 1000 lx to more than 2 % of a set's points; closed blinds let through this share of all
     /// other light
     #[arg(long, value_name = "SHARE", value_parser = values::part)]
     blinds: Option<f64>,
@@ -83,7 +83,7 @@ pub struct YearArguments {
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
-    /// Tell nothing but warnings and results
+    /// Show only warnings and results
     #[arg(long, short)]
     quiet: bool,
 }
@@ -152,7 +152,9 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
     }
     if let [_, ..] = solution.left_out.as_slice() {
         let names = solution.left_out.join(", ");
-        console::message(&format!("warning: sets that ask for other than illuminance on planes have no year: {names}"));
+        console::message(&format!(
+            "warning: no year for receiver sets of quantities other than illuminance on planes: {names}"
+        ));
     }
     console::result(&table(&solution))?;
     if !arguments.quiet {
@@ -192,7 +194,8 @@ fn closing_line(solution: &YearSolution, wall_s: f64, out: &str) -> String {
     let worst = solution.sets.iter().map(|set| set.worst_error).fold(0.0, f64::max);
     let met = if solution.target_met() { "met" } else { "not met at all points" };
     format!(
-        "{} hours with light, {} patches (off the sky's own light by {}), {} suns; {} rays in {}; target {} {met} (worst point {}); results in {out}",
+        "{} hours with light, {} patches (deviating from the sky's own light by {}), {} suns; {} rays in {}; target \
+         {} {met} (worst point {}); results in {out}",
         sky.hours.len(),
         sky.patches.count(),
         percent(solution.patch_error),

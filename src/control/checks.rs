@@ -103,7 +103,7 @@ fn growth_check(
     rounding_lx: f64,
 ) -> StatisticalCheck {
     let explanation =
-        "the error does not fall as the root of the work: samples repeat themselves, or have no finite variance";
+        "the error does not fall with the square root of the work: samples repeat, or their variance is not finite";
     let Some(then) = then.filter(|then| now.squared_error_lx2 > rounding_lx.powi(2) && then.samples < now.samples)
     else {
         return check(name, None, ALLOWED_GROWTH, true, explanation);
@@ -165,7 +165,7 @@ pub fn spare_for_tail(parts: [ScoreEvidence; 2]) -> f64 {
 /// below its target that it tolerates what its spread cannot show.
 fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
     let explanation =
-        "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
+        "a few very large scores dominate the map, and more of them must be expected: its variance may be infinite";
     match heaviest_tail(&parts) {
         Some(tail) => {
             let passed = !tail.is_heavy() || spare >= tail.spare;
@@ -186,7 +186,7 @@ fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
 /// The relative uncertainty of the squared error from single scores is 1/√n. A map that tolerates `spare` times its squared error needs to
 /// know it less well by that factor, so the limit falls with the square of `spare`.
 fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> StatisticalCheck {
-    let explanation = "too few scores carry the map's error for it to be known";
+    let explanation = "too few scores determine the map's error, so it is not known well";
     let limit = ENOUGH_SCORES / (spare * spare);
     match effective_scores(parts) {
         Some(effective) => check("scores", Some(effective), limit, has_waited || effective >= limit, explanation),

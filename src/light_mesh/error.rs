@@ -27,7 +27,7 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
         return Err(NotForLightMesh {
             what: "the light of sky and sun".to_owned(),
             got: format!("luminaire \"{}\"", sky.name),
-            expected: "luminaires that stand somewhere".to_owned(),
+            expected: "luminaires with a position".to_owned(),
             remedy: "use --method auto, gather or collision".to_owned(),
         });
     }

@@ -250,7 +250,7 @@ impl Planner<'_> {
             name: entries.kind.name(scene).to_owned(),
             kind: entries.kind,
             method: method.to_owned(),
-            method_reason: "asked for".to_owned(),
+            method_reason: "requested".to_owned(),
             chains: 0,
             values,
             error,

@@ -258,7 +258,8 @@ impl LightMeshFindings {
         self.warnings.extend(step_not_taken(map, plan));
         if misses_near_lights {
             self.warnings.push(format!(
-                "light mesh: \"{name}\": a luminaire nearly touches a surface, and walks may miss the spot that it lights: the stated error may leave it out; --method auto finds it"
+                "light mesh: \"{name}\": a luminaire nearly touches a surface, and walks may miss the spot that it \
+                 lights; the stated error may not include this; --method auto finds the spot"
             ));
         }
         if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
@@ -306,7 +307,8 @@ impl LightMeshFindings {
     fn tell_at_the_end(&mut self, scene: &Scene, stage: &Stage, solids: &Solids) {
         if solids.open_triangles() > 0 && self.traced.iter().flatten().any(|map| map.mesh.is_some()) {
             self.notes.push(format!(
-                "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
+                "light mesh: {} of {} triangles belong to no closed solid; every mesh point near them was tested \
+                 with its own ray",
                 solids.open_triangles(),
                 scene.triangles.len()
             ));
@@ -314,13 +316,14 @@ impl LightMeshFindings {
         let names: Vec<String> = self.left_out.iter().map(|(kind, _)| format!("\"{}\"", kind.name(scene))).collect();
         let (verb, it_was) = if names.len() == 1 { ("is", "it was") } else { ("are", "they were") };
         self.warnings.extend((!names.is_empty()).then(|| {
-            format!("light mesh: {} {verb} left out: the run was to end long before {it_was} computed", joined(&names))
+            format!("light mesh: {} {verb} left out: the run had to end long before {it_was} computed", joined(&names))
         }));
         self.warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
         for map in self.traced.iter().flatten().map(|map| &map.map) {
             let Some(bound) = map.error.dark_bound_words() else { continue };
             self.warnings.push(format!(
-                "no light was found in \"{}\": its mean is below {bound}, about; chains (--method collision) tell more of what is so dark",
+                "no light was found in \"{}\": its mean is below about {bound}; chains (--method collision) show \
+                 more of maps as dark as this",
                 map.name
             ));
         }

@@ -6,7 +6,8 @@ use crate::light_mesh::{DirectPlan, IndirectPlan, MapPlan, TracedMap, Why};
 pub(super) fn step_not_taken(map: &TracedMap, plan: &MapPlan) -> Vec<String> {
     let of = |part: &str, why: &Why| match why {
         Why::StepMisses(error) => Some(format!(
-            "light mesh: \"{}\": the step that was given is not used for {part} light, where it leaves an error of {:.2} %: without --target-error it is taken as it is",
+            "light mesh: \"{}\": the given step is not used for {part} light, since it leaves an error of {:.2} %; \
+             without --target-error it is used",
             map.map.name,
             100.0 * error
         )),
@@ -26,7 +27,8 @@ pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize,
         (DirectPlan::Mesh(_), Some(facts)) => {
             let counts = &map.effort.mesh;
             said.push(format!(
-                "light mesh: \"{name}\": step {:.4} m, radius {:.4} m: {} points, {} rays for direct light where shadow rays from every place would be {:.0}; {:.1} MB, dense {:.1} MB",
+                "light mesh: \"{name}\": step {:.4} m, radius {:.4} m: {} points, {} rays for direct light instead \
+                 of {:.0} shadow rays from all places; {:.1} MB, {:.1} MB if dense",
                 facts.step_m,
                 facts.radius_m,
                 counts.points,
@@ -37,13 +39,13 @@ pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize,
             ));
             if counts.places_without_set > 0 {
                 said.push(format!(
-                    "light mesh: \"{name}\": {} of {} places saw no mesh point and sent {} shadow rays themselves",
+                    "light mesh: \"{name}\": {} of {} places saw no mesh point and sent {} shadow rays of their own",
                     counts.places_without_set, counts.places, counts.fallback_rays
                 ));
             }
         }
         (DirectPlan::Rays(why), _) if *why != Why::Dark => said.push(format!(
-            "light mesh: \"{name}\": {} shadow rays from every place completed direct light: {}",
+            "light mesh: \"{name}\": {} shadow rays from all places computed direct light: {}",
             map.effort.exact_rays,
             why_in_words(why)
         )),
@@ -57,7 +59,8 @@ pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize,
     }
     if let IndirectPlan::Walks(why) = &plan.indirect {
         said.push(format!(
-            "light mesh: \"{name}\": {} walks from every place, {} rays with the search, completed indirect light: {}",
+            "light mesh: \"{name}\": {} walks from every place, {} rays including the search, computed indirect \
+             light: {}",
             map.rounds.walks,
             map.effort.gather.rays(),
             why_in_words(why)
@@ -70,21 +73,24 @@ pub(super) fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize,
 pub(super) fn why_in_words(why: &Why) -> String {
     match why {
         Why::Cheaper(step_m) => {
-            format!("a mesh fine enough, of {step_m:.4} m or less, would take more rays than the places themselves")
+            format!(
+                "a mesh that is fine enough, of {step_m:.4} m or less, would take more rays than tracing from \
+                 every place"
+            )
         }
         Why::NotSmooth(step_m) => {
-            format!("a mesh of {step_m:.4} m was no nearer to it than one of twice the step")
+            format!("a mesh of {step_m:.4} m was no more accurate than one of twice the step")
         }
-        Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
+        Why::StepMisses(error) => format!("the given step leaves an error of {:.2} %", 100.0 * error),
         Why::TooFine(step_m) => {
-            format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
+            format!("a mesh of the given step, {step_m:e} m, has more points than can be numbered")
         }
-        Why::Gloss => "rays along gloss for a mesh would be more".to_owned(),
+        Why::Gloss => "a mesh would need more rays along glossy reflections".to_owned(),
         Why::Missed => "plans with a mesh missed the target".to_owned(),
         Why::NearLuminaires => {
-            "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()
+            "a luminaire is close to a surface, and mesh points may miss the light that it gives there".to_owned()
         }
-        Why::Cut => "the run was ended before a mesh was found that is better than so few walks".to_owned(),
+        Why::Cut => "the run ended before a mesh was found that is better than this few walks".to_owned(),
         Why::Dark => "there is none".to_owned(),
     }
 }

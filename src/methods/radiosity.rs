@@ -124,7 +124,7 @@ fn progress(estimated_error: f64, target_error: Option<f64>, wall_s: f64) -> Pro
 }
 
 fn map_check(scene: &Scene, radiosity: &Radiosity, maps: &[MapResult]) -> Result<MapCheck, String> {
-    let elements = maps.iter().find(|map| map.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
+    let elements = maps.iter().find(|map| map.kind == MapKind::Elements).ok_or("the element map was not requested")?;
     let flux = radiosity.absorbed_flux(elements);
     let emitted_lm = scene.luminous_flux_lm();
     let deviation_lm = flux.absorbed_lm - emitted_lm;

@@ -17,11 +17,11 @@ use crate::solver::{KeptRun, RunState};
 
 const CHECKPOINTS: Format = Format {
     name: "luxmc checkpoint 1",
-    is_no: "the file is no whole checkpoint of a run",
+    is_no: "the file is not a complete checkpoint of a run",
     is_unreadable: "the checkpoint cannot be read",
     expected_there: "a file that luxmc solve --checkpoint writes",
     expected: "a file that luxmc solve --checkpoint wrote, byte for byte",
-    remedy: "name another checkpoint, or begin the run anew: luxmc solve SCENE --out DIR --checkpoint FILE",
+    remedy: "name another checkpoint, or start the run again: luxmc solve SCENE --out DIR --checkpoint FILE",
 };
 
 /// Bytes that are written or read at a time.
@@ -178,7 +178,9 @@ impl CheckpointFile {
             digest.update(&block[..count]);
         }
         if hexadecimal(digest) != self.header.state_sha256 {
-            return Err(damaged("a state whose digest is not the one in the header: it is cut off, or was changed"));
+            return Err(damaged(
+                "a state that does not match the digest in the header: the file is truncated or was changed",
+            ));
         }
         file.seek(SeekFrom::Start(self.begin)).map_err(unreadable)?;
         let reader = BufReader::with_capacity(BLOCK, file);

@@ -39,7 +39,7 @@ const SPENDINGS: [SpentQuantity; 2] = [
         show: count_tick,
     },
     SpentQuantity {
-        name: words!("time of computing / s"),
+        name: words!("computing time / s"),
         spent: |row, begun_s| row.wall_s - begun_s,
         forecast: |row, begun_s| {
             let since = |wall_s: f64| wall_s - begun_s;
@@ -82,7 +82,7 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
         |row: &&ConvergenceRow| row.error.estimated > 0.0 && row.error.estimated.is_finite() && row.wall_s > begun_s;
     let rows: Vec<ConvergenceRow> = solution.convergence.iter().filter(is_drawable).copied().collect();
     let Some(last) = rows.last() else {
-        let why = say!("The error was not judged while it was above 0: there is no curve to draw.");
+        let why = say!("There is no curve to draw: no error check found an error above 0.");
         picture.words(Words::new(why, [62.0, 52.0], 13.0).ink(SOFT));
         return picture;
     };
@@ -321,14 +321,14 @@ fn draw_key_of_forecasts(picture: &mut Picture, has_target: bool) {
     let mut key = KeyLine::at_height(HEIGHT - 18.0);
     key.entry(
         picture,
-        say!("forecast of the whole run as it stood then, with the interval that holds 90 % of runs"),
+        say!("forecast of the whole run made at that time, with its 90 % interval"),
         &|picture, [x, y]| {
             line(Pen::new(SOFT, 1.4))(picture, [x, y]);
             picture.area(diamond([x + 12.0, y]), BLACK, 1.0);
         },
     );
     if has_target {
-        key.entry(picture, say!("law fitted by then"), &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
+        key.entry(picture, say!("fit at that time"), &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
     }
 }
 

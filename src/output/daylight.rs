@@ -171,7 +171,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         "<h2>{}</h2>\n<p>{}</p>\n{}{parts}",
         say!("Daylight factors"),
         say!(
-            "Illuminance over the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.",
+            "Illuminance divided by the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.",
             lux(first.outside_lx)
         ),
         table.markup()

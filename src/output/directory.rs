@@ -234,9 +234,9 @@ fn make(path: &Path) -> Result<(), OutputError> {
     if let (Ok(target), false) = (std::fs::read_link(path), path.exists()) {
         return Err(OutputError::Unwritable {
             path: path.to_path_buf(),
-            what: "the directory is a link that leads nowhere",
-            got: format!("a link to {}, which is not there", target.display()),
-            remedy: "make the directory that it leads to, or name another one with --out",
+            what: "the directory is a link to a missing directory",
+            got: format!("a link to {}, which does not exist", target.display()),
+            remedy: "make the directory that the link points to, or name another one with --out",
         });
     }
     if path.exists() && !path.is_dir() {
@@ -257,7 +257,7 @@ fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
         Ok(()) => Ok(Some(directory)),
         Err(std::fs::TryLockError::WouldBlock) => {
             let error = std::io::Error::from(std::io::ErrorKind::ResourceBusy);
-            Err(OutputError::unwritable(path, "another run writes its results there", &error))
+            Err(OutputError::unwritable(path, "another run is writing its results there", &error))
         }
         Err(std::fs::TryLockError::Error(_)) => Ok(None),
     }
@@ -320,7 +320,7 @@ fn refuse_directory(path: &Path) -> Result<(), OutputError> {
         return Ok(());
     }
     let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
-    Err(OutputError::unwritable(path, "a directory bears the name of a result file", &error))
+    Err(OutputError::unwritable(path, "a directory has the name of a result file", &error))
 }
 
 fn remove(path: &Path) -> Result<(), OutputError> {
@@ -495,7 +495,7 @@ mod tests {
         let link = home.path().join("link");
         std::os::unix::fs::symlink(home.path().join("absent"), &link).expect("linked");
         let error = ResultDirectory::open(&link).expect_err("it leads nowhere").to_string();
-        assert!(error.contains("leads nowhere") && error.contains("absent"), "{error}");
+        assert!(error.contains("link to a missing directory") && error.contains("absent"), "{error}");
         std::fs::create_dir(home.path().join("absent")).expect("made");
         assert!(ResultDirectory::open(&link).is_ok());
     }

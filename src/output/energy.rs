@@ -19,8 +19,9 @@ fn leni(scene: &Scene) -> Option<(Energy, f64, f64, f64)> {
 pub(super) fn energy_words(scene: &Scene) -> String {
     let Some((energy, area_m2, installed_w, leni_kwh_m2)) = leni(scene) else { return String::new() };
     let words = say!(
-        "LENI {} kWh/m² a year, by the quick method of EN 15193: {} W on {} m² for {} h by day and {} h by night, with the factors F<sub>C</sub> \
-         {}, F<sub>O</sub> {}, F<sub>D</sub> {}, and {} kWh/m² on standby. Hours and factors are the planner’s.",
+        "LENI {} kWh/m² a year, by the quick method of EN 15193: {} W on {} m² for {} h by day and {} h by night, \
+         with the factors F<sub>C</sub> {}, F<sub>O</sub> {}, F<sub>D</sub> {}, and {} kWh/m² on standby. The \
+         planner chose the hours and factors.",
         amount(leni_kwh_m2),
         amount(installed_w),
         ratio(area_m2),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The directory or a file in it cannot be written.
-    #[error("cannot write results: {what}\n  in {}\n  got:      {got}\n  expected: a directory in which files can be made\n  remedy:   {remedy}", path.display())]
+    #[error("cannot write results: {what}\n  in {}\n  got:      {got}\n  expected: a directory in which files can be created\n  remedy:   {remedy}", path.display())]
     Unwritable {
         /// Directory or file.
         path: PathBuf,
@@ -19,7 +19,7 @@ pub enum OutputError {
     },
     /// A number that no table may hold.
     #[error(
-        "cannot write results: a number that is not finite\n  in {file}, row {row}, column {column}\n  got:      {got}\n  expected: finite numbers alone\n  remedy:   this is a fault of luxmc; please report it together with the scene"
+        "cannot write results: a number that is not finite\n  in {file}, row {row}, column {column}\n  got:      {got}\n  expected: only finite numbers\n  remedy:   this is a fault of luxmc; please report it together with the scene"
     )]
     NotFinite {
         /// File that would hold it.
@@ -49,7 +49,7 @@ impl OutputError {
         let remedy = match error.kind() {
             ErrorKind::PermissionDenied => "allow writing there, or name another directory with --out",
             ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-                "make room, or name a directory on another disk with --out"
+                "free some disk space, or name a directory on another disk with --out"
             }
             ErrorKind::ResourceBusy => "wait until the other run has ended, or name another directory with --out",
             ErrorKind::ReadOnlyFilesystem => "name a directory on a disk that can be written, with --out",

@@ -116,7 +116,7 @@ fn legend(end_lx: f64) -> Value {
         json!({ "illuminance_lx": share * end_lx, "srgb": perceptual(share) })
     };
     json!({
-        "colors": "COLOR_0 tells the illuminance on a linear scale (viridis); what exceeds its end has the last colour",
+        "colors": "COLOR_0 shows the illuminance on a linear scale (viridis); values beyond its end have the last colour",
         "stops": (0..=STOPS).map(stop).collect::<Vec<Value>>(),
         "share_of_area_within": SHARE_IN_SCALE,
         "_ILLUMINANCE_LX": "illuminance at the corner, in lx",

@@ -37,14 +37,14 @@ pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &s
     for (cell, deviation) in map.cells.iter_mut().zip(deviations) {
         cell.illuminance_lx = cell.illuminance_lx.and(*deviation);
     }
-    let title = say!("Odd less even half: {}", map.row.name);
+    let title = say!("Odd minus even half: {}", map.row.name);
     picture.words(Words::new(title, [62.0, 24.0], 17.0).bold());
     let words = say!("Difference of two independent halves of the computation, in standard errors of the difference");
     picture.words(Words::new(words, [62.0, 43.0], TYPE).ink(SOFT));
     let beyond = deviations.iter().flatten().filter(|z| z.abs() > 2.0).count() as f64;
     let all = deviations.iter().flatten().count().max(1) as f64;
     let words = say!(
-        "{} of the points differ by more than two (4.6 % where chance is all that is stated)",
+        "{} of the points differ by more than two (4.6 % if the stated error is chance alone)",
         percent(beyond / all)
     );
     picture.words(Words::new(words, [62.0, 65.0], 13.0));
@@ -77,7 +77,7 @@ pub fn histogram_picture(name: &str, deviations: &[Option<f64>]) -> Option<Pictu
     let y = |height: f64| bottom - height / most * (bottom - top);
     let mut picture = Picture::new(680.0, 400.0, say!("Differences of the halves of {}", name));
     picture.words(Words::new(say!("Differences of the halves: {}", name), [left, 24.0], 17.0).bold());
-    let words = say!("{} points; bars: how often, line: normal distribution of mean 0 and variance 1", known.len());
+    let words = say!("{} points; bars: frequency, line: normal distribution of mean 0 and variance 1", known.len());
     picture.words(Words::new(words, [left, 43.0], TYPE).ink(SOFT));
     for (bar, count) in counts.iter().enumerate() {
         let [low, high] = [bar, bar + 1].map(|edge| x(edge as f64 * width - MOST));
@@ -94,7 +94,7 @@ pub fn histogram_picture(name: &str, deviations: &[Option<f64>]) -> Option<Pictu
         picture.line(vec![[at, bottom], [at, bottom + 4.0]], Pen::new(BLACK, 0.8));
         picture.words(Words::new(signed(z), [at, bottom + 18.0], TYPE).anchored(TextAnchor::Middle));
     }
-    let label = say!("odd less even, in standard errors of the difference (outermost bars: and beyond)");
+    let label = say!("odd minus even, in standard errors of the difference (outermost bars: and beyond)");
     let below = Words::new(label, [0.5 * (left + right), bottom + 40.0], TYPE);
     picture.words(below.anchored(TextAnchor::Middle).ink(SOFT));
     Some(picture)

@@ -13,8 +13,8 @@ const LINES: [&str; 34] = [
     "{} below the line of sight ({})",
     "{} too far aside (T/R above 3) ({})",
     "{} too steeply above the eye (H/R beyond the table, at most 1.9) ({})",
-    "a run to stated errors of {} looked for verdicts",
-    "{} runs to stated errors of {} looked for verdicts",
+    "a run to stated errors of {} tried to decide the verdicts",
+    "{} runs to stated errors of {} tried to decide the verdicts",
     "no luminaire has a maintenance_factor: results are those of a new installation",
     "no luminaire gives light, so that everything is dark: all have a flux, a dimming or a factor of 0",
     "{}: this luminaire gives no light",
@@ -22,25 +22,25 @@ const LINES: [&str; 34] = [
     "{}: these luminaires are outside of the scene's bounding box (the first at {} m; the box goes from {} to {} m)",
     "{}: {} of {} points lies inside of a closed solid and is left out of tables and errors",
     "{}: {} of {} points lie inside of a closed solid; they are left out of tables and errors",
-    "{}: the sphere is {} triangles inscribed in it; their area is {}% too small",
+    "{}: the sphere is approximated by {} inscribed triangles; their area is {}% too small",
     "{}: its sides are not at right angles; it is taken as a parallelogram",
     "{}: a receiver of this name cannot be chosen by --maps",
     "the luminaire is not symmetric about both its planes: tables of CIE 190 are not made for it; here its C0 (crosswise) or C90 (endwise) side faces the observer",
     "the luminous opening has {} m², below the {} m² from which on UGR is defined (CIE 117): tables overrate small sources",
-    "the file offers {} sets of lamps; the first, {}, is taken",
+    "the file contains {} sets of lamps; the first, {}, is taken",
     "{} values after the last intensity were ignored",
     "planes given twice differ by up to {}% of the maximum; the first was taken",
     "gamma runs from {} to {} degrees; outside of it the intensity is 0",
     "vertical angles run from {} to {} degrees; outside of them the intensity is 0",
     "all intensities or the lamps' flux are 0: the luminaire is dark",
     "all intensities are 0: the luminaire is dark",
-    "the intensities add up to {} lm, {}% of the lamps' {} lm, where the file states {}%; the luminaire gives what its intensities add up to",
-    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamp; the luminaire gives what its intensities add up to",
-    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamps; the luminaire gives what its intensities add up to",
-    "{}% of the flux goes down, where the header claims {}%",
+    "the intensities add up to {} lm, {}% of the lamps' {} lm, where the file states {}%; the flux from the intensities is used",
+    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamp; the flux from the intensities is used",
+    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamps; the flux from the intensities is used",
+    "{}% of the flux goes downward, where the header states {}%",
     "numbers are written with decimal commas; they were read as such",
-    "the edition `{}` is not known; read as LM-63-2002",
-    "no plane lies within the last {} degrees of the turn; they are interpolated across",
+    "the edition `{}` is unknown; read as LM-63-2002",
+    "no plane lies within the last {} degrees of the full turn; intensities there are interpolated",
     "{} lumens per lamp: read as -1, absolute photometry",
 ];
 
@@ -127,7 +127,7 @@ mod tests {
                 && text.contains("2 unter der Blickrichtung"),
             "{text}"
         );
-        let text = item("2 runs to stated errors of 3.00 %, 1.36 % looked for verdicts");
+        let text = item("2 runs to stated errors of 3.00 %, 1.36 % tried to decide the verdicts");
         assert!(text.contains("3,00 %; 1,36 %") && text.starts_with("<li>2 "), "{text}");
         // The line follows the name of the object that uses the file. Unknown words stay as they are.
         assert!(item("spot: 12 values after the last intensity were ignored").starts_with("<li>spot: 12 Werte"));

@@ -127,8 +127,7 @@ mod tests {
     /// A long note is broken into lines that fit the page, and no word is lost.
     #[test]
     fn a_long_note_takes_several_lines() {
-        let note =
-            "No isolux lines: the values differ by little more than their error. The target does not bind this map.";
+        let note = "No isolux lines: the values differ by little more than their error. The target does not apply to this map.";
         let lines = lines_within(note, SMALL, 300.0);
         assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, SMALL, false) <= 300.0), "{lines:?}");
         assert_eq!(lines.join(" "), note);

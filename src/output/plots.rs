@@ -164,7 +164,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
     let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
     let unbound =
-        if is_bound || solution.target_error.is_none() { "" } else { say!("The target does not bind this map. ") };
+        if is_bound || solution.target_error.is_none() { "" } else { say!("The target does not apply to this map. ") };
     let surface_note = format!("{unbound}{note}");
     for flat in flat_surfaces(scene, solution).into_iter().filter(is_shown) {
         let back = if flat.row.side == "back" { "-back" } else { "" };

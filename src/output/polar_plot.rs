@@ -21,7 +21,7 @@ const STEP_DEG: f64 = 0.5;
 /// Note on the values of a photometric file.
 pub const INITIAL: &str = words!("Initial values, undimmed.");
 /// Note on the light that leaves a scene.
-pub const LEAVING: &str = words!("All that leaves the scene, maintained values.");
+pub const LEAVING: &str = words!("All light that leaves the scene, maintained values.");
 
 /// Draws the intensity in the planes C0–C180 and C90–C270, with γ = 0 downward, as given by the distribution. `values` is a note on
 /// the kind of values.

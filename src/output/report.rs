@@ -147,7 +147,7 @@ impl Report<'_> {
             0 => String::new(),
             n => format!(
                 "<p class=\"soft small\">{}</p>\n",
-                say!("Not listed: {} more receiver sets; tables.csv holds all.", n)
+                say!("Not listed: {} more receiver sets; tables.csv contains all.", n)
             ),
         };
         format!(
@@ -155,8 +155,8 @@ impl Report<'_> {
             say!("Results"),
             table.markup(),
             say!(
-                "Behind each ± stands one standard error: the exact value lies within it in two cases of three, within twice of it in \
-                 nineteen of twenty."
+                "Each ± is one standard error: the exact value lies within it in two cases of three, and within \
+                 twice of it in nineteen of twenty."
             ),
             escaped(&maintenance_note(self.scene))
         ) + &self.observers()
@@ -187,20 +187,20 @@ impl Report<'_> {
                     page += &figure(
                         &plot.picture,
                         say!(
-                            "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page hold the same."
+                            "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page contain the same data."
                         ),
                     );
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 PlotKind::Daylight => {
                     let words = say!(
-                        "Illuminance over that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %."
+                        "Illuminance divided by that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %."
                     );
                     page += &figure(&plot.picture, words);
                 }
                 PlotKind::SkyComponent => {
                     let words = say!(
-                        "The part that comes straight from the sky: SC, with ERC by way of something outside and IRC by way of something inside the daylight factor."
+                        "The part that comes straight from the sky (SC). With the parts reflected outside (ERC) and inside (IRC) it makes up the daylight factor."
                     );
                     page += &figure(&plot.picture, words);
                 }
@@ -280,7 +280,7 @@ impl Report<'_> {
             0 => String::new(),
             n => format!(
                 "<p class=\"soft small\">{}</p>\n",
-                say!("Not listed: {} that are small, of luminaires or kept out of reports.", n)
+                say!("Not listed: {} surfaces that are small, belong to luminaires or are excluded from reports.", n)
             ),
         };
         let mut page = format!("<h2 class=\"page\">{}</h2>\n{}{rest}", say!("Surfaces"), table.markup());

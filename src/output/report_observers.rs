@@ -92,7 +92,7 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
             (say!("Observer"), true),
             ("UGR", false),
             (say!("Background luminance<small>cd/m²</small>"), false),
-            (say!("taken"), true),
+            (say!("determined"), true),
             (say!("Luminaires<br>that count"), false),
             (say!("in sight, but<br>not in the table"), false),
         ],

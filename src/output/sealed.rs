@@ -93,16 +93,16 @@ impl Format {
         let mut line = || -> Result<Vec<u8>, SealedError> {
             let mut bytes = Vec::new();
             reader.by_ref().take(LONGEST_HEADER).read_until(b'\n', &mut bytes).map_err(unreadable)?;
-            bytes.pop().filter(|last| *last == b'\n').ok_or_else(|| damaged("a file that is cut off in its header"))?;
+            bytes.pop().filter(|last| *last == b'\n').ok_or_else(|| damaged("a file that ends within its header"))?;
             Ok(bytes)
         };
         let first = line()?;
         let digest = first.strip_prefix(self.name.as_bytes()).and_then(|rest| rest.strip_prefix(b" "));
         let digest =
-            digest.ok_or_else(|| damaged("a file that begins otherwise, or of another version of the format"))?;
+            digest.ok_or_else(|| damaged("a file with another beginning, or of another version of the format"))?;
         let text = line()?;
         if digest != hexadecimal(Sha256::new_with_prefix(&text)).as_bytes() {
-            return Err(damaged("a header whose digest is not the one that stands before it"));
+            return Err(damaged("a header that does not match the digest before it"));
         }
         let header = serde_json::from_slice(&text)
             .map_err(|error| damaged(&format!("a header that cannot be read: {error}")))?;

@@ -66,7 +66,7 @@ pub struct ShareFile {
 
 const SHARES: Format = Format {
     name: "luxmc share 1",
-    is_no: "the file is no whole share of a run",
+    is_no: "the file is not a complete share of a run",
     is_unreadable: "the share cannot be read",
     expected_there: "a directory with a file share.luxmc, which luxmc solve --share writes",
     expected: "a file that luxmc solve --share wrote, byte for byte",
@@ -115,8 +115,8 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, SealedError> {
     let Sealed { header, begin, length } = SHARES.read::<ShareHeader>(&path)?;
     let wanted = header.record.maps.iter().try_fold(begin, |sum, map| sum.checked_add(values_of(map)?.checked_mul(8)?));
     if wanted != Some(length) {
-        let wanted = wanted.map_or("more than there can be".to_owned(), |bytes| bytes.to_string());
-        return Err(SHARES.damaged(&path, format!("{length} bytes, where its header tells of {wanted}")));
+        let wanted = wanted.map_or("an impossible number".to_owned(), |bytes| bytes.to_string());
+        return Err(SHARES.damaged(&path, format!("{length} bytes, where its header states {wanted}")));
     }
     let record = &header.record;
     let of_maps = record.maps.iter().flat_map(|map| [map.chains, map.rays]);
@@ -125,7 +125,7 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, SealedError> {
     }
     let part = record.part;
     if !(1..=part.of).contains(&part.number) {
-        return Err(SHARES.damaged(&path, format!("a header that tells of part {} of {}", part.number, part.of)));
+        return Err(SHARES.damaged(&path, format!("a header that states part {} of {}", part.number, part.of)));
     }
     Ok(ShareFile { path, header, begin })
 }
@@ -162,11 +162,13 @@ impl ShareFile {
             all.push(MapSums { direct_lx: direct, indirect, cells_profile });
         }
         if hexadecimal(digest) != self.header.sums_sha256 {
-            return Err(SHARES.damaged(&self.path, "sums whose digest is not the one in the header"));
+            return Err(SHARES.damaged(&self.path, "sums that do not match the digest in the header"));
         }
         // This form of the comparison also refuses NaN.
         if !all.iter().flat_map(slabs_of).flatten().all(|value| value.abs() <= MOST_SUMMED) {
-            return Err(SHARES.damaged(&self.path, format!("sums that are no numbers, or beyond {MOST_SUMMED:e}")));
+            return Err(
+                SHARES.damaged(&self.path, format!("sums that are not numbers, or are larger than {MOST_SUMMED:e}"))
+            );
         }
         Ok(all)
     }

@@ -66,7 +66,7 @@ impl Language {
         let languages = Language::all();
         let known = || languages.iter().map(|language| language.code()).collect::<Vec<_>>().join(", ");
         let named = languages.iter().find(|language| language.code() == code);
-        named.copied().ok_or_else(|| format!("there are texts in {}", known()))
+        named.copied().ok_or_else(|| format!("the languages are {}", known()))
     }
 
     fn texts(self) -> Option<&'static Texts> {

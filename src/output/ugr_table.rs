@@ -145,8 +145,9 @@ fn page(heading: &UgrTableHeading, table: &UgrTable, corrections: &[SpacingCorre
             say!("Corrections for spacing"),
             correction_table(corrections),
             say!(
-                "What a rating changes by where luminaires stand farther apart and give the same light for each m² of floor: from the least \
-                 to the greatest over the rooms that the spacing fits. <code>ugr-corrections.csv</code> has every room."
+                "Change of a rating if luminaires stand farther apart and give the same light for each m² of floor: \
+                 the smallest and the largest over the rooms that the spacing fits. <code>ugr-corrections.csv</code> \
+                 lists every room."
             )
         );
     }

@@ -133,10 +133,11 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         say!("Verdicts"),
         table.markup(),
         say!(
-            "<b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in 95 cases of 100, lies on one side of the limit. \
-             <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
-             alone; that of a least or greatest value is of its place by itself, since the verdict counts the places, and may be less than \
-             under Results. The standards themselves are the authority for what they ask."
+            "<b>met</b>, <b>not met</b>: the whole interval, which contains the exact value in 95 cases of 100, lies \
+             on one side of the limit. <b>undecided</b>: the limit lies within the interval; a longer run can \
+             decide. Each ± includes possible errors of the method, not only chance. The ± of a minimum or maximum \
+             is that of its point alone, since the verdict takes the number of points into account; it may be \
+             smaller than under Results. The authority for requirements is the standards themselves."
         ),
         entries_required(&verdicts)
     )
@@ -155,7 +156,7 @@ fn entries_required(verdicts: &[Verdict]) -> String {
         let task = format!("{}: {}", entry.name(), said(entry.task));
         let rendering = entry
             .colour_rendering_ra
-            .map(|ra| say!("; it asks of the luminaires R<sub>a</sub> ≥ {} too, which is not computed", ra));
+            .map(|ra| say!("; it also requires R<sub>a</sub> ≥ {} of the luminaires, which is not computed", ra));
         format!(" {task}{}.", rendering.unwrap_or_default())
     });
     let items: String = items.collect();
@@ -163,8 +164,8 @@ fn entries_required(verdicts: &[Verdict]) -> String {
         return items;
     }
     let source = say!(
-        "Numbers of entries were written down from knowledge of the standards; a number that the scene file gives takes the place of an \
-         entry's."
+        "The numbers of entries were written down from knowledge of the standards; a number given in the scene file \
+         replaces that of its entry."
     );
     format!("{items} {source}")
 }

@@ -172,7 +172,7 @@ impl ViewPage {
         shown.sort_unstable();
         let shown_m2: f64 = shown.iter().map(own_m2).sum();
         self.left_out.push(say!(
-            "Of {} triangles {} are shown, the largest ones of the scene and {} of its area.",
+            "Of {} triangles, {} are shown: the largest ones, with {} of the scene's area.",
             grouped(&count.to_string()),
             grouped(&MOST_FACETS.to_string()),
             percent(shown_m2 / all_m2)
@@ -191,7 +191,7 @@ impl ViewPage {
             }
             if set.points.len() > room {
                 let count = grouped(&set.points.len().to_string());
-                self.left_out.push(say!("Receiver set “{}” is left out: its {} points are too many.", set.name, count));
+                self.left_out.push(say!("Receiver set “{}” is not shown: {} points are too many.", set.name, count));
                 continue;
             }
             room -= set.points.len();

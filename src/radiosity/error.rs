@@ -29,9 +29,9 @@ pub(super) fn refuse<T>(what: &str, got: String, expected: &str) -> Result<T, No
 /// The refusal when the time is over before there is any result.
 pub(super) fn out_of_time() -> NotARoom {
     NotARoom {
-        what: "the room in the time given".to_owned(),
+        what: "the room within the time limit".to_owned(),
         got: "a time limit that passed before the three coarsest meshes were solved".to_owned(),
-        expected: "time for these, which grows with the number of luminaires".to_owned(),
-        remedy: "grant more time, or use --method collision, which shows something sooner".to_owned(),
+        expected: "time for these meshes; it grows with the number of luminaires".to_owned(),
+        remedy: "allow more time, or use --method collision, which gives first results sooner".to_owned(),
     }
 }

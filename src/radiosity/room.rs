@@ -43,7 +43,7 @@ pub(super) struct BoxedRoom {
 }
 
 const A_ROOM: &str =
-    "a closed room of diffuse rectangles along the axes that hides no part of itself, such as one inward box";
+    "a closed room of diffuse rectangles along the axes, in which no surface hides another, such as one inward box";
 
 impl BoxedRoom {
     /// Recognises a scene as a room, or refuses it.
@@ -91,7 +91,7 @@ impl BoxedRoom {
                 return refuse("surfaces that face away from the room", got(), A_ROOM);
             }
             if surface.two_sided {
-                return refuse("two-sided surfaces", got(), "surfaces that face the room with their front alone");
+                return refuse("two-sided surfaces", got(), "surfaces that face the room with their front only");
             }
             self.faces.push(face);
         }
@@ -112,7 +112,7 @@ impl BoxedRoom {
             let surface = scene.triangle_surfaces[triangle as usize];
             let material = &scene.materials[scene.surfaces[surface as usize].material as usize];
             let BsdfParameters::Diffuse { reflectance } = material.bsdf else {
-                return refuse("a surface that is not matt", format!("material \"{}\"", material.name), A_ROOM);
+                return refuse("a surface that is not diffuse", format!("material \"{}\"", material.name), A_ROOM);
             };
             let tile = Tile { face, stretches, reflectance, surface };
             let centroid = corners.iter().sum::<DVec3>() / 3.0;
@@ -140,7 +140,7 @@ impl BoxedRoom {
         match halves.first().or(None) {
             Some((half, _)) => {
                 let name = format!("\"{}\"", scene.surfaces[half.surface as usize].name);
-                refuse("surfaces that are no rectangles along the axes", name, A_ROOM)
+                refuse("surfaces that are not rectangles along the axes", name, A_ROOM)
             }
             None if self.tiles.iter().all(is_half) => {
                 for tile in &self.tiles {
@@ -223,7 +223,7 @@ impl BoxedRoom {
                 }
                 emission if emission.is_daylight() => return refuse("sky or sun", got, A_ROOM),
                 emission if emission.black_ball_m().is_some() => {
-                    return refuse("luminaires that stand in the light's way", got, "points and surfaces that emit");
+                    return refuse("luminaires that block light", got, "points and surfaces that emit");
                 }
                 emission => {
                     let what = format!("luminaires of kind {}", emission.kind_name());

@@ -274,7 +274,7 @@ fn result(
         name,
         kind,
         method,
-        method_reason: "asked for".to_owned(),
+        method_reason: "requested".to_owned(),
         chains: 0,
         values,
         error,

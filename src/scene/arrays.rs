@@ -46,7 +46,7 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInR
             return Err(fields.need(key, "[6, 0, 0]")?.refuse_as(
                 format!("the array puts {count} luminaires in one place"),
                 "a vector of length 0",
-                "the way from the first to the last of them",
+                "the vector from the first to the last luminaire",
                 "give it a length, or give the luminaire more light instead",
             ));
         }
@@ -88,7 +88,7 @@ impl CopiesInRows {
                 if let Some(first) = names.insert(name.clone(), path.clone()) {
                     return Err(fields.need("name", "\"…\"")?.refuse_as(
                         format!("the name {name:?} is given twice"),
-                        format!("an array, of which {name:?} is a part; {first} has that name already"),
+                        format!("an array that contains {name:?}; {first} has that name already"),
                         "a name of its own",
                         "rename one of the two",
                     ));

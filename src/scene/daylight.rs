@@ -45,10 +45,10 @@ pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[R
     let rated = receivers.iter().find(|set| matches!(set.quantity, Quantity::Glare(_)));
     if let Some(set) = receivers.iter().find(|set| has_sky && set.is_far_field()) {
         return Err(root.refuse_as(
-            "the light of sky and sun comes from afar and has no far-field intensity",
+            "sky and sun are infinitely far away and have no far-field intensity",
             format!("receivers {:?} in a scene with daylight", set.name),
             "receivers of type \"intensity\" in scenes without sky and sun",
-            "ask for the intensities of a luminaire in a scene of its own",
+            "compute the intensities of a luminaire in a separate scene",
         ));
     }
     match rated.filter(|_| has_sky) {
@@ -56,7 +56,7 @@ pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[R
             "the unified glare rating is for electric light",
             format!("receivers {:?} in a scene with daylight", set.name),
             "glare ratings in scenes without sky and sun",
-            "rate glare in a scene of its own, without sky and sun",
+            "rate glare in a separate scene, without sky and sun",
         )),
         None => Ok(()),
     }

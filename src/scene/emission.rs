@@ -123,7 +123,7 @@ pub(super) enum LuminaireKind {
         #[schemars(flatten)]
         keys: AreaKeys,
     },
-    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, of Perez's sky neither.
+    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, but neither for Perez's sky.
     #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
         {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
     Sky {
@@ -373,7 +373,7 @@ impl LuminaireReading<'_> {
         let area_m2 = 4.0 * PI * radius_m * radius_m;
         if !area_m2.is_normal() {
             return Err(radius_node.refuse(
-                "the radius is out of all proportion",
+                "the radius is far out of range",
                 "a radius in length_unit",
                 "check the number",
             ));

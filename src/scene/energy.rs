@@ -63,7 +63,7 @@ impl Energy {
 }
 
 pub(super) fn read(node: &Node) -> Result<Energy, SceneError> {
-    let fields = node.fields("what the energy of lighting follows from")?;
+    let fields = node.fields("the data for the energy of lighting")?;
     fields.only(&KEYS)?;
     let usual = Energy::default();
     let hours = |key: &str, usual: f64| match fields.get(key) {
@@ -71,7 +71,7 @@ pub(super) fn read(node: &Node) -> Result<Energy, SceneError> {
         Some(node) => {
             let hours = node.at_least_zero("the hours of use in a year")?;
             if hours > YEAR_HOURS {
-                return Err(node.refuse("a year has no more than 8784 hours", "0 to 8784", "write 2250, say"));
+                return Err(node.refuse("a year has no more than 8784 hours", "0 to 8784", "write 2250, for example"));
             }
             Ok(hours)
         }

@@ -19,7 +19,7 @@ const POINT: [usize; 2] = [6, 7];
 fn refuse_beside(fields: &Fields, key: &str, other: &str, expected: &str) -> Result<(), SceneError> {
     let Some(node) = fields.get(key) else { return Ok(()) };
     Err(node.refuse_as(
-        format!("\"{key}\" has no meaning beside \"{other}\""),
+        format!("\"{key}\" has no meaning together with \"{other}\""),
         format!("\"{key}\" and \"{other}\""),
         expected,
         "delete one of them",
@@ -69,7 +69,7 @@ pub(super) fn mesh(fields: &Fields, vertices: &Node) -> Result<GeometryShape, Sc
             if number < 0.0 || number.fract() != 0.0 || index >= places.len() {
                 let expected = format!("a whole number from 0 to {}", places.len().saturating_sub(1));
                 return Err(node.refuse(
-                    "a face names a vertex that is not there",
+                    "a face names a vertex that does not exist",
                     expected,
                     "vertices are counted from 0",
                 ));
@@ -110,10 +110,10 @@ fn point(row: &Node, columns: usize, unit: LengthUnit) -> Result<ReceiverPoint, 
     let numbers = row.items("numbers")?;
     if numbers.len() != columns || !POINT.contains(&columns) {
         return Err(row.refuse_as(
-            "a point has the wrong count of numbers",
+            "a point has the wrong number of values",
             format!("{} numbers", numbers.len()),
-            "[x, y, z, nx, ny, nz], or with an area behind them in all points",
-            "give place and normal of every point",
+            "[x, y, z, nx, ny, nz], or an area as seventh number at every point",
+            "give position and normal of every point",
         ));
     }
     let values = numbers.iter().map(Node::number).collect::<Result<Vec<f64>, _>>()?;

@@ -86,7 +86,7 @@ fn described(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
 
 fn of_another_version(path: &Path, version: &str) -> SceneError {
     let remedy = "export the model again as glTF 2.0, or convert it with a tool for glTF files";
-    let what = "the glTF file is of a version that is not read".to_owned();
+    let what = "the version of the glTF file is not supported".to_owned();
     SceneError::of_file(path, what, format!("version {version}"), "glTF 2.0", remedy)
 }
 
@@ -101,7 +101,7 @@ fn document(path: &Path, mut root: gltf::json::Root) -> Result<Document, SceneEr
     for (number, mesh) in root.meshes.iter().enumerate() {
         let named = mesh.primitives.iter().filter_map(|primitive| primitive.attributes.get(&positions));
         if let Some(index) = named.map(|index| index.value()).find(|index| *index >= root.accessors.len()) {
-            let what = format!("mesh {number}: positions that are not there");
+            let what = format!("mesh {number}: positions that do not exist");
             let got = format!("accessor {index} of {}", root.accessors.len());
             return Err(refusal(path, what, got, "the number of an accessor of the file"));
         }
@@ -157,7 +157,7 @@ impl GltfReader<'_> {
         while let Some((node, above)) = waiting.pop() {
             if std::mem::replace(&mut reached[node.index()], true) {
                 let what = format!("node {} is reached twice", node.index());
-                return Err(refusal(self.path, what, "a circle, or two nodes above one", "nodes that form a tree"));
+                return Err(refusal(self.path, what, "a cycle, or a node with two parents", "nodes that form a tree"));
             }
             let placed = above * matrix_of(node.transform());
             if let Some(mesh) = node.mesh() {
@@ -186,7 +186,11 @@ impl GltfReader<'_> {
         };
         if positions.dimensions() != Dimensions::Vec3 || positions.data_type() == DataType::U32 {
             let got = format!("{:?} of {:?}", positions.dimensions(), positions.data_type());
-            return Err(refuse("positions of another kind", got, "VEC3 of FLOAT, or of whole numbers of 8 or 16 bits"));
+            return Err(refuse(
+                "positions of an unsupported type",
+                got,
+                "VEC3 of FLOAT, or of whole numbers of 8 or 16 bits",
+            ));
         }
         let point_of = point_reader(positions.data_type(), positions.normalized());
         self.buffers.load(&positions)?;
@@ -196,7 +200,7 @@ impl GltfReader<'_> {
                 || indices.dimensions() != Dimensions::Scalar
             {
                 let got = format!("{:?} of {kind:?}", indices.dimensions());
-                return Err(refuse("indices of another kind", got, "SCALAR of whole numbers without a sign"));
+                return Err(refuse("indices of an unsupported type", got, "SCALAR of unsigned whole numbers"));
             }
             self.buffers.load(&indices)?;
         }
@@ -208,7 +212,11 @@ impl GltfReader<'_> {
         self.reads = self.reads.saturating_add(places.count).saturating_add(corners.count());
         if self.reads > MOST_MESH_READS {
             let got = format!("{} vertices and corners so far", self.reads);
-            return Err(refuse("the nodes ask for too much", got, &format!("at most {MOST_MESH_READS}")));
+            return Err(refuse(
+                "the nodes need too many vertices and corners",
+                got,
+                &format!("at most {MOST_MESH_READS}"),
+            ));
         }
 
         // Maps corners to vertices of the mesh. A mirroring transform reverses the triangles.
@@ -222,14 +230,14 @@ impl GltfReader<'_> {
                 let index = corners.at(corner);
                 let Some(known) = numbers.get_mut(index) else {
                     let expected = format!("an index from 0 to {}", places.count.saturating_sub(1));
-                    return Err(refuse("a triangle names a vertex that is not there", index.to_string(), &expected));
+                    return Err(refuse("a triangle names a vertex that does not exist", index.to_string(), &expected));
                 };
                 *number = match *known {
                     Some(number) => number,
                     None => {
                         let point = placed.transform_point3(point_of(places.at(index)));
                         if !point.is_finite() {
-                            let what = format!("vertex {index} is at no finite place");
+                            let what = format!("vertex {index} has no finite position");
                             return Err(refuse(
                                 &what,
                                 point.to_string(),
@@ -248,7 +256,7 @@ impl GltfReader<'_> {
         }
         if !corners.count().is_multiple_of(3) && primitive.mode() == Mode::Triangles {
             let got = format!("{} corners", corners.count());
-            return Err(refuse("no whole number of triangles", got, "three corners for each triangle"));
+            return Err(refuse("not a whole number of triangles", got, "three corners for each triangle"));
         }
         if !triangles.is_empty() {
             self.mesh.add(name.as_deref(), triangles);
@@ -266,19 +274,21 @@ impl GltfReader<'_> {
         if scenes > 1 {
             warnings.push(format!("{path}: one of {scenes} scenes was read, the default or first one"));
         } else if self.aside > 0 {
-            warnings.push(format!("{path}: {} nodes with a mesh are of no scene and were passed over", self.aside));
+            warnings.push(format!("{path}: {} nodes with a mesh belong to no scene and were skipped", self.aside));
         }
         if self.passed_over > 0 {
             warnings.push(format!(
-                "{path}: {} primitives of lines or points were passed over; they have no area",
+                "{path}: {} primitives of lines or points were skipped; they have no area",
                 self.passed_over
             ));
         }
         if self.bent > 0 || document.animations().len() > 0 {
-            warnings.push(format!("{path}: bones, targets and animations were passed over; meshes are read at rest"));
+            warnings.push(format!(
+                "{path}: bones, morph targets and animations were skipped; meshes are read in their rest pose"
+            ));
         }
         for extension in gltf_extensions::passed_over(document) {
-            warnings.push(format!("{path}: what the extension {extension} adds was passed over"));
+            warnings.push(format!("{path}: the additions of the extension {extension} were skipped"));
         }
         let mut named: HashMap<&str, usize> = HashMap::new();
         for name in document.materials().filter_map(|material| material.name()) {
@@ -289,7 +299,7 @@ impl GltfReader<'_> {
         twice.sort_unstable();
         if let Some(first) = twice.first() {
             warnings.push(format!(
-                "{path}: {} names stand for several materials each, first {first:?}; their triangles are one part",
+                "{path}: {} names belong to several materials each, first {first:?}; their triangles are one part",
                 twice.len()
             ));
         }

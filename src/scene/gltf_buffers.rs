@@ -93,7 +93,11 @@ impl<'a> Buffers<'a> {
         let of_view = view.offset().checked_add(view.length()).and_then(|end| buffer.get(view.offset()..end));
         let Some(bytes) = of_view else {
             let got = format!("{} bytes from byte {}", view.length(), view.offset());
-            return Err(refuse("leaves its buffer", got, &format!("a buffer view within {} bytes", buffer.len())));
+            return Err(refuse(
+                "extends beyond its buffer",
+                got,
+                &format!("a buffer view within {} bytes", buffer.len()),
+            ));
         };
         let count = accessor.count();
         let needed = match count {
@@ -104,7 +108,11 @@ impl<'a> Buffers<'a> {
         let end = needed.and_then(|bytes| bytes.checked_add(from));
         let Some(bytes) = end.and_then(|end| bytes.get(from..end)) else {
             let got = format!("{count} elements of {size} bytes, {stride} apart, from byte {from}");
-            return Err(refuse("leaves its buffer view", got, &format!("elements within {} bytes", view.length())));
+            return Err(refuse(
+                "extends beyond its buffer view",
+                got,
+                &format!("elements within {} bytes", view.length()),
+            ));
         };
         Ok(AccessorElements { bytes, stride, size, count })
     }
@@ -128,7 +136,7 @@ impl<'a> Buffers<'a> {
         let bytes = match uri.strip_prefix("data:") {
             Some(data) => {
                 let (_, text) = data.split_once(";base64,").unwrap_or_default();
-                let what = || format!("buffer {number} is no base 64");
+                let what = || format!("buffer {number} is not valid base64");
                 BASE64_STANDARD.decode(text).map_err(|error| {
                     refusal(self.path, what(), error.to_string(), "data:application/octet-stream;base64,…")
                 })?
@@ -153,7 +161,7 @@ impl<'a> Buffers<'a> {
             SceneError::of_file(self.path, format!("buffer {number} {what}"), got, expected, remedy)
         };
         if uri.split('/').next().is_some_and(|first| first.contains(':')) {
-            return Err(refuse("is not a file; nothing is fetched from elsewhere"));
+            return Err(refuse("is not a file; nothing is fetched from other places"));
         }
         let Ok(name) = percent_decode_str(uri).decode_utf8() else {
             return Err(refuse("has a name that is not UTF-8"));

@@ -56,7 +56,7 @@ pub(super) fn refuse_unread(path: &Path, root: &mut Root) -> Result<(), SceneErr
     match root.extensions_required.first() {
         Some(name) if PACKED.contains(&name.as_str()) => Err(packed(path, name)),
         Some(name) => {
-            let what = "the glTF file needs an extension that is not read".to_owned();
+            let what = "the glTF file needs an extension that is not supported".to_owned();
             let remedy = "export the model again without this extension";
             Err(SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0", remedy))
         }
@@ -74,7 +74,7 @@ pub(super) fn is_packed(path: &Path, root: &Root) -> Option<SceneError> {
 
 fn packed(path: &Path, name: &str) -> SceneError {
     let remedy = "export the model again without compression of meshes, or unpack it with a tool for glTF files";
-    let what = "the meshes of the glTF file are compressed in a way that is not read".to_owned();
+    let what = "the meshes of the glTF file are compressed in a way that is not supported".to_owned();
     SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0, or KHR_mesh_quantization", remedy)
 }
 

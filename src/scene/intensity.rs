@@ -60,8 +60,13 @@ fn read_steps(node: &Node) -> Result<u32, SceneError> {
     let step_deg = node.above_zero("the step of gamma")?;
     let steps = 180.0 / step_deg;
     if (steps - steps.round()).abs() > ROUNDING * steps || !(FEWEST_STEPS..=MOST_STEPS).contains(&steps.round()) {
-        let expected = format!("a whole part of 180°, from {} to {}", 180.0 / MOST_STEPS, 180.0 / FEWEST_STEPS);
-        return Err(node.refuse("no such step of gamma", expected, "5 is usual, 2.5 or 1 for narrow beams"));
+        let expected =
+            format!("180° divided by a whole number, from {} to {}", 180.0 / MOST_STEPS, 180.0 / FEWEST_STEPS);
+        return Err(node.refuse(
+            "this step of gamma is not possible",
+            expected,
+            "5 is usual, 2.5 or 1 for narrow beams",
+        ));
     }
     Ok(steps.round() as u32)
 }

@@ -65,7 +65,7 @@ enum SkyDistribution {
     Perez,
 }
 
-/// How bright a luminaire with an extent is: one of both.
+/// Brightness of an extended luminaire: one of the two keys.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 pub(super) struct Brightness {
@@ -77,22 +77,22 @@ pub(super) struct Brightness {
     luminous_flux_lm: Option<f64>,
 }
 
-/// What every luminaire may say of its operation.
+/// Operation of a luminaire.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 pub(super) struct Operation {
-    /// Dimming.
+    /// Dimming level, 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     dimming: Option<f64>,
     /// Maintenance factor.
     #[schemars(range(min = 0.0, max = 1.0))]
     maintenance_factor: Option<f64>,
-    /// Electric power of one luminaire in W, undimmed and ballast included; without it what the photometric file says.
+    /// Electric power of one luminaire in W, undimmed and including the ballast; by default the value in the photometric file.
     #[schemars(range(min = 0.0))]
     power_w: Option<f64>,
 }
 
-/// Where and when the sun is looked up at.
+/// Place and time for the sun's position.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct PlaceAndTime {
@@ -106,19 +106,19 @@ struct PlaceAndTime {
     date_time: Option<String>,
 }
 
-/// An array of like luminaires.
+/// An array of equal luminaires.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 pub(super) struct Array {
-    /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+    /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first is at this position.
     #[schemars(range(min = 1))]
     columns: Option<u32>,
     /// Rows of the array.
     #[schemars(range(min = 1))]
     rows: Option<u32>,
-    /// From the first to the last column of the array.
+    /// Vector from the first to the last column of the array.
     u: Option<Vector>,
-    /// From the first to the last row of the array.
+    /// Vector from the first to the last row of the array.
     v: Option<Vector>,
 }
 
@@ -128,7 +128,7 @@ pub(super) struct Array {
 pub(super) struct PointKeys {
     /// Name of the luminaire.
     name: String,
-    /// Where it is.
+    /// Position.
     position: Vector,
     /// Isotropic by default; lambertian is I₀ cos γ about `aim`.
     distribution: Option<Distribution>,
@@ -217,29 +217,29 @@ pub(super) struct SkyKeys {
     name: String,
     /// Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez.
     luminance_distribution: SkyDistribution,
-    /// Elevation of the sun, of general skies.
+    /// Elevation of the sun in degrees, for skies that depend on it.
     #[schemars(range(min = 0.0, max = 90.0))]
     sun_elevation_deg: Option<f64>,
-    /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
+    /// Azimuth of the sun in degrees, from +y (north) towards +x (east); 180 by default.
     sun_azimuth_deg: Option<f64>,
     #[schemars(flatten)]
     place_and_time: PlaceAndTime,
     /// Luminance of the zenith in cd/m².
     #[schemars(range(min = 0.0))]
     zenith_luminance_cd_m2: Option<f64>,
-    /// Illuminance in lx that the sky alone gives an open horizontal plane.
+    /// Horizontal illuminance in lx on an open plane from the sky alone.
     #[schemars(range(min = 0.0))]
     horizontal_illuminance_lx: Option<f64>,
-    /// Illuminance in lx that the sun gives a plane across its rays, of Perez's sky; the sun itself is not in it.
+    /// Direct normal illuminance in lx, for Perez's sky; the sun itself is not part of that sky.
     #[schemars(range(min = 0.0))]
     direct_normal_illuminance_lx: Option<f64>,
-    /// Illuminance in lx that the sky alone gives an open horizontal plane, of Perez's sky.
+    /// Diffuse horizontal illuminance in lx on an open plane from the sky alone, for Perez's sky.
     #[schemars(extend("exclusiveMinimum" = 0))]
     diffuse_horizontal_illuminance_lx: Option<f64>,
-    /// Reflectance of the ground that stands for all below the horizon; 0 by default.
+    /// Reflectance of the ground, which fills everything below the horizon; 0 by default.
     #[schemars(range(min = 0.0, max = 1.0))]
     ground_reflectance: Option<f64>,
-    /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
+    /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 requires; 15,000 by default.
     #[schemars(extend("exclusiveMinimum" = 0))]
     median_diffuse_illuminance_lx: Option<f64>,
     #[schemars(flatten)]
@@ -252,17 +252,17 @@ pub(super) struct SkyKeys {
 pub(super) struct SunKeys {
     /// Name of the luminaire.
     name: String,
-    /// Elevation; or place and time.
+    /// Elevation in degrees; or place and time.
     #[schemars(range(min = -90.0, max = 90.0))]
     sun_elevation_deg: Option<f64>,
     /// Azimuth from +y (north) towards +x (east); 180 by default.
     sun_azimuth_deg: Option<f64>,
     #[schemars(flatten)]
     place_and_time: PlaceAndTime,
-    /// Illuminance in lx that the sun alone gives a plane across its rays.
+    /// Illuminance in lx from the sun alone on a plane perpendicular to its rays.
     #[schemars(range(min = 0.0))]
     normal_illuminance_lx: Option<f64>,
-    /// Illuminance in lx that the sun alone gives an open horizontal plane.
+    /// Illuminance in lx from the sun alone on an open horizontal plane.
     #[schemars(range(min = 0.0))]
     horizontal_illuminance_lx: Option<f64>,
     #[schemars(flatten)]

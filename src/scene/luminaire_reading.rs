@@ -71,7 +71,7 @@ impl LuminaireReading<'_> {
             return Err(node.refuse(
                 "a body of spherical harmonics cannot emit",
                 expected,
-                "take a mesh for what shines",
+                "use a mesh as the luminous surface",
             ));
         }
         let side = self.fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;

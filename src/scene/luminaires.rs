@@ -126,8 +126,8 @@ fn read_one(
         let given =
             ["luminous_flux_lm", "intensity_cd", "exitance_lm_m2", "file"].into_iter().find_map(|key| fields.get(key));
         return Err(given.unwrap_or_else(|| node.clone()).refuse_as(
-            format!("the luminous flux of {name:?} is out of all proportion"),
-            format!("{luminous_flux_lm:e} lm in all, dimming and maintenance in it"),
+            format!("the luminous flux of {name:?} is far out of range"),
+            format!("{luminous_flux_lm:e} lm in total, including dimming and maintenance"),
             format!("0, or {:e} to {:e} lm", FLUXES_LM.start(), FLUXES_LM.end()),
             "check its numbers",
         ));

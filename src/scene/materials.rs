@@ -78,7 +78,7 @@ pub(super) enum MaterialKind {
         #[schemars(range(min = 0.0, max = 1e6))]
         exponent: f64,
     },
-    /// A diffuse part and a glossy lobe about the half vector, as microfacets make it.
+    /// A diffuse part and a glossy lobe about the half vector, as of microfacets.
     Blinn {
         /// Share that is reflected diffusely.
         #[schemars(range(min = 0.0, max = 1.0))]
@@ -86,7 +86,7 @@ pub(super) enum MaterialKind {
         /// Share that is reflected about the mirror direction; both sum to at most 1.
         #[schemars(range(min = 0.0, max = 1.0))]
         specular_reflectance: f64,
-        /// Exponent of the half vector's cosine; about four times that of a phong lobe as wide.
+        /// Exponent of the half vector's cosine; about four times the exponent of a phong lobe of the same width.
         #[schemars(range(min = 0.0, max = 1e6))]
         exponent: f64,
     },
@@ -104,10 +104,10 @@ pub(super) enum MaterialKind {
         /// Transmittance of the glass itself at normal incidence.
         #[schemars(range(min = 0.0, max = 1.0))]
         internal_transmittance: Option<f64>,
-        /// In its place, transmittance of the pane at normal incidence, its faces' reflections included.
+        /// Instead, transmittance of the whole pane at normal incidence, including the reflections at its faces.
         #[schemars(range(min = 0.0, max = 1.0))]
         visible_transmittance: Option<f64>,
-        /// Share of the area that is glass; the rest is frames, which are black. 1 where it is not given.
+        /// Share of the area that is glass; the rest is black frames. 1 by default.
         #[schemars(range(min = 0.0, max = 1.0))]
         glazed_share: Option<f64>,
     },
@@ -116,7 +116,7 @@ pub(super) enum MaterialKind {
         /// Share that is reflected diffusely.
         #[schemars(range(min = 0.0, max = 1.0))]
         diffuse_reflectance: f64,
-        /// Share that is let through diffusely; both sum to at most 1.
+        /// Share that is transmitted diffusely; both sum to at most 1.
         #[schemars(range(min = 0.0, max = 1.0))]
         diffuse_transmittance: f64,
     },
@@ -344,7 +344,7 @@ fn read_glass(fields: &Fields) -> Result<BsdfParameters, SceneError> {
     if refractive_index > LARGEST_REFRACTIVE_INDEX {
         let expected = format!("a number from 1 to {LARGEST_REFRACTIVE_INDEX}; diamond has 2.42, germanium 4");
         let remedy = "give the glass's index relative to air, such as 1.52";
-        return Err(node.refuse("the refractive index is that of no glass", expected, remedy));
+        return Err(node.refuse("the refractive index is too high for glass", expected, remedy));
     }
     let internal_transmittance = match fields.one_of(["internal_transmittance", "visible_transmittance"])? {
         (0, node) => node.fraction("internal transmittance")?,
@@ -354,7 +354,7 @@ fn read_glass(fields: &Fields) -> Result<BsdfParameters, SceneError> {
                 let [_, most] = pane_shares(refractive_index, 1.0, 1.0);
                 let expected = format!("at most {most:.3}: its two faces reflect the rest");
                 let remedy = "lower it, or give the glass's own refractive index";
-                return Err(node.refuse("a pane of this refractive index lets pass less", expected, remedy));
+                return Err(node.refuse("a pane of this refractive index transmits less", expected, remedy));
             }
             inside
         }
@@ -375,7 +375,7 @@ fn glossy(fields: &Fields) -> Result<([f64; 2], f64), SceneError> {
     let node = fields.need("exponent", "60")?;
     let exponent = node.at_least_zero("the exponent")?;
     if exponent > LARGEST_EXPONENT {
-        let remedy = "use a mirror for a lobe that narrow";
+        let remedy = "use a mirror for a lobe so narrow";
         return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
     }
     Ok((shares, exponent))
@@ -393,7 +393,7 @@ fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], Sc
     if sum > 1.0 + ROUNDING {
         let node = fields.need(second, "0.5")?;
         return Err(node.refuse_as(
-            format!("\"{first}\" and \"{second}\" sum above 1"),
+            format!("\"{first}\" and \"{second}\" sum to more than 1"),
             format!("{sum} in all"),
             "a sum of at most 1: a surface returns no more than it receives",
             "lower one of the two",

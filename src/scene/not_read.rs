@@ -51,9 +51,5 @@ pub(super) fn of_ply(bytes: &[u8]) -> Vec<String> {
 /// Reports the two bytes after each triangle of a binary STL file, if they are not all 0. Some programs write colours there.
 pub(super) fn of_stl(bytes: &[u8]) -> Vec<String> {
     let has_colors = stl::bytes_behind_triangles(bytes).any(|pair| pair != [0, 0]);
-    if has_colors {
-        vec!["what stands in the two bytes behind each triangle, perhaps colours".to_owned()]
-    } else {
-        Vec::new()
-    }
+    if has_colors { vec!["the two bytes behind each triangle, perhaps colours".to_owned()] } else { Vec::new() }
 }

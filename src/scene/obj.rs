@@ -46,9 +46,9 @@ pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Geomet
         }
     }
     if let Some((line, word)) = strange.first() {
-        let reason = if WITHOUT_AREA.contains(word) { "lines and points have no area" } else { "not known" };
+        let reason = if WITHOUT_AREA.contains(word) { "lines and points have no area" } else { "unknown" };
         warnings.push(format!(
-            "{}: {} statements were passed over, first \"{}\" in line {line} ({reason})",
+            "{}: {} statements were skipped, first \"{}\" in line {line} ({reason})",
             source.path.display(),
             strange.len(),
             shortened(word)
@@ -94,7 +94,7 @@ impl ObjReader<'_> {
                 _ => {
                     return Err(self.refuse(
                         &arguments[axis],
-                        "a coordinate is no finite number",
+                        "a coordinate is not a finite number",
                         "a number",
                         "correct it",
                     ));
@@ -118,7 +118,7 @@ impl ObjReader<'_> {
                 &line,
                 "a face has too many corners",
                 &expected,
-                "cut it up in the program that drew it",
+                "split it in the program that made it",
             ));
         }
         let numbers = arguments.iter().map(|corner| self.corner(corner)).collect::<Result<Vec<u32>, _>>()?;
@@ -138,7 +138,7 @@ impl ObjReader<'_> {
         let (Some(vertex), true) = (vertex, rest_is_numbers) else {
             return Err(self.refuse(
                 range,
-                "a face's corner is no vertex number",
+                "a face's corner is not a vertex number",
                 "7, 7/1, 7//3 or 7/1/3",
                 "correct it",
             ));
@@ -149,7 +149,7 @@ impl ObjReader<'_> {
             let expected = format!("a number from 1 to {known}, or -1 to -{known}: the vertices so far");
             return Err(self.refuse(
                 range,
-                "a face names a vertex that is not there",
+                "a face names a vertex that does not exist",
                 &expected,
                 "correct the number; numbers begin at 1",
             ));

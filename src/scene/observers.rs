@@ -82,7 +82,7 @@ pub(super) fn read(
                 "a luminance receiver has one set of directions",
                 given.join(", "),
                 "one of \"directions\", \"fan\", \"view\" and \"surface\"",
-                "make a receiver of each",
+                "make a separate receiver of each",
             ));
         }
     };
@@ -164,7 +164,7 @@ fn towards_elements(
     if points.is_empty() {
         let remedy = "move \"position\" to where its front is seen, or set \"two_sided\": true";
         return Err(node.refuse(
-            "the eye sees no side of this surface that reflects",
+            "no reflecting side of this surface faces the eye",
             "a surface that faces the eye",
             remedy,
         ));
@@ -212,7 +212,7 @@ fn read_view(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), Sce
     let field_node = fields.need("field_deg", "[90, 60]")?;
     let angles = field_node.items("angles of view")?;
     let [across, upright] = &angles[..] else {
-        let expected = "two angles: across and upright";
+        let expected = "two angles: across the picture and upright";
         return Err(field_node.refuse_as("a field of view", format!("{} numbers", angles.len()), expected, "[90, 60]"));
     };
     let angle = |node: &Node| {
@@ -255,7 +255,7 @@ fn check_not_parallel(node: &Node, direction: DVec3, other: DVec3, key: &str) ->
     Err(node.refuse_as(
         format!("\"direction\" and \"{key}\" are parallel"),
         format!("[{}, {}, {}]", direction.x, direction.y, direction.z),
-        format!("an \"{key}\" across \"direction\""),
+        format!("an \"{key}\" that is not parallel to \"direction\""),
         format!("give \"{key}\" another direction"),
     ))
 }

@@ -59,9 +59,9 @@ fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {
     let remedy = match error.kind() {
         std::io::ErrorKind::NotFound => "check the name and the folder; names within a scene file are relative to it",
         std::io::ErrorKind::PermissionDenied => "allow reading the file",
-        std::io::ErrorKind::FileTooLarge => "check that this file is meant; --allow-large reads it",
+        std::io::ErrorKind::FileTooLarge => "check that this is the intended file; --allow-large reads it",
         std::io::ErrorKind::OutOfMemory => "use a machine with more memory, or a smaller file",
-        std::io::ErrorKind::ResourceBusy => "read it again once nobody writes it",
+        std::io::ErrorKind::ResourceBusy => "try again when no program writes to it",
         _ => "give the name of a plain file that can be read",
     };
     SceneError::of_file(path, format!("{kind} cannot be read"), error.to_string(), "a file that can be read", remedy)
@@ -170,7 +170,7 @@ fn advice(kind: &ParseErrorKind) -> (&'static str, &'static str) {
         }
         ParseErrorKind::UnterminatedArray => ("] at the end of the list", "close the list; the file may be cut short"),
         ParseErrorKind::NonFiniteNumbersNotAllowed => {
-            ("a finite number", "write a number; JSON knows no NaN or Infinity")
+            ("a finite number", "write a number; JSON has no NaN or Infinity")
         }
         ParseErrorKind::SingleQuotedStringsNotAllowed => ("text in double quotes", "use \" instead of '"),
         ParseErrorKind::ExpectedStringObjectProperty => ("a key in double quotes", "put the key in double quotes"),

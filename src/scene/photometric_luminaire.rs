@@ -70,7 +70,7 @@ fn read_distribution(path: &Path) -> Result<FileDistribution, SceneError> {
     let file = read_photometric_file(path).map_err(|error| {
         let expected = "a photometric file: IES LM-63 (.ies) or EULUMDAT (.ldt)";
         let what = "the photometric file cannot be read".to_string();
-        let remedy = "check the file name, or get the file anew from the maker";
+        let remedy = "check the file name, or get the file again from the manufacturer";
         SceneError::of_file(path, what, error.to_string(), expected, remedy)
     })?;
     let warnings = file.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();

@@ -41,7 +41,7 @@ fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {
     }
     if is_of_the_system(&metadata) {
         return Err(Error::other(
-            "this is a file of the system in /proc or /sys, whose size nobody knows, not a plain file",
+            "this is a file of the system in /proc or /sys, whose size is unknown, not a plain file",
         ));
     }
     let size = metadata.len();

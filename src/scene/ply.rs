@@ -30,7 +30,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
             path,
             "the PLY file is damaged or cut short",
             got,
-            "a sound PLY file, its numbers written as 0.5 or 5e-1",
+            "an undamaged PLY file with numbers written as 0.5 or 5e-1",
         )
     };
     let mut reader = Reader::new(bytes);
@@ -43,7 +43,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
         if element.count > most || (element.properties.is_empty() && element.count > 0) {
             let got = format!("{} of {:?} with {} properties", element.count, element.name, element.properties.len());
             let expected = format!("at most {most} elements, each with a property");
-            return Err(refusal(path, "the PLY file says that it has more than it can", got, &expected));
+            return Err(refusal(path, "the PLY header announces more elements than the file can hold", got, &expected));
         }
         match element.name.as_str() {
             "vertex" => {
@@ -57,7 +57,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
             other => {
                 let read = Parser::<Passed>::new().read_payload_for_element(&mut reader, element, &header);
                 read.map_err(|error| refuse(&error))?;
-                warnings.push(format!("{}: {} elements {other:?} were passed over", path.display(), element.count));
+                warnings.push(format!("{}: {} elements {other:?} were skipped", path.display(), element.count));
             }
         }
     }
@@ -81,11 +81,15 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
             let index = usize::try_from(*corner).ok().filter(|index| *index < vertices.len());
             let Some(index) = index else {
                 let expected = format!("an index below {}", vertices.len());
-                return Err(refuse("names a vertex that is not there", corner.to_string(), &expected));
+                return Err(refuse("names a vertex that does not exist", corner.to_string(), &expected));
             };
             let place = vertices[index].place;
             if !place.is_finite() {
-                return Err(refuse("has a corner at no finite place", place.to_string(), "x, y and z of every vertex"));
+                return Err(refuse(
+                    "has a corner without a finite position",
+                    place.to_string(),
+                    "x, y and z of every vertex",
+                ));
             }
             corners.push(*numbers[index].get_or_insert_with(|| mesh.vertex(place)));
         }
@@ -218,8 +222,8 @@ mod tests {
     #[test]
     fn hostile_files_are_refused() {
         for (face, says) in [
-            ("4 0 1 2 4", "not there"),
-            ("4 0 1 2 -1", "not there"),
+            ("4 0 1 2 4", "does not exist"),
+            ("4 0 1 2 -1", "does not exist"),
             ("2 0 1", "too few or too many"),
             ("0", "too few or too many"),
         ] {

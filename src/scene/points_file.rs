@@ -57,7 +57,7 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
     }
 
     let row = |line: Range<usize>| {
-        let (fields, remedy) = (fields(text, &line), "write numbers with a point and fields with a comma");
+        let (fields, remedy) = (fields(text, &line), "write numbers with a decimal point, and a comma between fields");
         read_row(&source, (line, fields), columns, remedy, unit)
     };
     let points = lines.map(row).collect::<Result<Vec<_>, _>>()?;
@@ -76,7 +76,7 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
 
 /// Reads sensors of Radiance, as honeybee writes them for its grids.
 fn read_sensors(source: &Source, unit: LengthUnit) -> Result<Vec<ReceiverPoint>, SceneError> {
-    let remedy = "write x y z dx dy dz with blanks between, one sensor a line";
+    let remedy = "write x y z dx dy dz with blanks between, one sensor per line";
     let row = |line: Range<usize>| {
         let words = words(source.text, &line);
         read_row(source, (line, words), NEEDED, remedy, unit)
@@ -84,7 +84,7 @@ fn read_sensors(source: &Source, unit: LengthUnit) -> Result<Vec<ReceiverPoint>,
     let lines = lines(source.text).filter(|line| !source.text[line.clone()].trim().is_empty());
     let points = lines.map(row).collect::<Result<Vec<_>, _>>()?;
     if points.is_empty() {
-        return Err(source.refuse(0..1, "", "an empty points file", "nothing", "a line for each sensor", remedy));
+        return Err(source.refuse(0..1, "", "an empty points file", "nothing", "one line for each sensor", remedy));
     }
     Ok(points)
 }
@@ -107,7 +107,7 @@ fn read_row(
         numbers[index] = match text.parse::<f64>() {
             Ok(value) if value.is_finite() => value,
             _ => {
-                let what = format!("{} is no finite number", HEADER[index]);
+                let what = format!("{} is not a finite number", HEADER[index]);
                 return Err(source.refuse(
                     field.clone(),
                     "",

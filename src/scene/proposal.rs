@@ -80,9 +80,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
         warnings.push(format!("not read: {}", not_read.join(", ")));
     }
     if !matches!(file.content, MeshContent::Gltf(_)) {
-        warnings.push(
-            "the file does not say in which unit its lengths are: they are taken for metres (length_unit)".to_owned(),
-        );
+        warnings.push("the file does not state the unit of its lengths: metres are assumed (length_unit)".to_owned());
     }
     let is_one = shape.parts.len() == 1 && shape.parts[0].name.is_none();
     let (mut bsdfs, mut materials, mut by_part) = (Map::new(), Vec::new(), Map::new());
@@ -115,9 +113,9 @@ fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
     let diffuse = |reflectance: f64| json!({ "type": "diffuse", "reflectance": reflectance });
     let Some(looks) = looks else {
         let why = match ending {
-            "gltf" | "glb" => "the model says nothing of it",
-            "stl" | "ply" => "this kind of file says nothing of light",
-            _ => "files of materials (mtllib) are not read",
+            "gltf" | "glb" => "the model does not describe it",
+            "stl" | "ply" => "this file format does not describe materials",
+            _ => "material files (mtllib) are not read",
         };
         return (diffuse(UNKNOWN_REFLECTANCE), format!("not known: {why}"));
     };
@@ -128,19 +126,19 @@ fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
     let reflectance = (1e3 * expected.clamp(0.0, WHITEST)).round() / 1e3;
     let mut known = vec![match looks.has_texture {
         true => format!(
-            "not known: its texture is not read, and taken as {UNKNOWN_REFLECTANCE} (base colour: {luminance:.3})"
+            "not known: its texture is not read; {UNKNOWN_REFLECTANCE} is assumed for it (base colour: {luminance:.3})"
         ),
-        false => format!("from the base colour, which is for the eye: {luminance:.3}"),
+        false => format!("from the base colour, which is made for display: {luminance:.3}"),
     }];
     let mut note = |is_so: bool, what: &str| {
         if is_so {
             known.push(what.to_owned());
         }
     };
-    note(expected > WHITEST, "whiter than any paint, taken lower");
+    note(expected > WHITEST, "whiter than any paint, so a lower value is used");
     note(looks.is_metal, "a metal: perhaps phong or mirror");
     note(looks.is_transparent, "transparent: perhaps glass or translucent");
-    note(looks.is_emissive, "shines in the model: make it an area luminaire");
+    note(looks.is_emissive, "emits light in the model: make it an area luminaire");
     (diffuse(reflectance), known.join("; "))
 }
 

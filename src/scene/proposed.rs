@@ -83,7 +83,7 @@ impl Proposal {
         self.luminaires.push(json!({ "name": STAND_IN, "type": "point", "position": place_m.to_array(),
                                      "luminous_flux_lm": STAND_IN_LM }));
         self.warnings.push(format!(
-            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm {reason}, {}, stands in",
+            "no luminaire was read from the model: a point of {STAND_IN_LM} lm {reason}, {}, stands in",
             place_words(place_m)
         ));
     }

@@ -80,7 +80,7 @@ impl Quantity {
 /// Quantities of points and grids; names as in files.
 pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
 
-/// What illuminance receivers ask for.
+/// Kind of illuminance.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "kebab-case")]
 #[expect(dead_code, reason = "only its shape is used")]
@@ -100,7 +100,7 @@ pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneEr
         return Err(node.refuse_as(
             format!("a direction has no meaning for {name} illuminance"),
             "\"direction\"",
-            "\"direction\" beside \"quantity\": \"vertical\" or \"semi-cylindrical\"",
+            "\"direction\" together with \"quantity\": \"vertical\" or \"semi-cylindrical\"",
             "remove it, or change \"quantity\"",
         ));
     }
@@ -115,11 +115,15 @@ pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneEr
 
 /// Reads the horizontal direction that an upright plane or half cylinder faces.
 fn read_front(fields: &Fields, name: &str) -> Result<DVec3, SceneError> {
-    let node = fields.need("direction", "[1, 0, 0]: to where the plane or half cylinder looks")?;
+    let node = fields.need("direction", "[1, 0, 0]: the direction that the plane or half cylinder faces")?;
     let direction = node.direction()?;
     if direction.z != 0.0 {
         let expected = "a horizontal direction: [x, y, 0]";
-        return Err(node.refuse(format!("{name} illuminance looks sideways"), expected, "set its z to 0"));
+        return Err(node.refuse(
+            format!("the direction of {name} illuminance must be horizontal"),
+            expected,
+            "set its z to 0",
+        ));
     }
     Ok(direction)
 }

@@ -64,7 +64,8 @@ pub(super) fn read<'t>(source: &Source<'t>) -> Result<Primitives<'t>, SceneError
         for _ in 0..words.count(&mut found.commands, &name)? {
             let word = words.need(&mut found.commands, &name, "a number of the primitive")?;
             let number = source.text[word.clone()].parse::<f64>().ok().filter(|number| number.is_finite());
-            let refuse = || words.refuse(&word, "an argument that is no finite number", "a number such as 0.5 or 5e-1");
+            let refuse =
+                || words.refuse(&word, "an argument that is not a finite number", "a number such as 0.5 or 5e-1");
             primitive.reals.push(number.ok_or_else(refuse)?);
         }
         found.primitives.push(primitive);
@@ -115,7 +116,7 @@ impl<'t> RadianceWords<'_, 't> {
         let most = self.source.text.len() / 2;
         let count = self.source.text[word.clone()].parse::<usize>().ok().filter(|count| *count <= most);
         count.ok_or_else(|| {
-            self.refuse(&word, "this is no count of arguments", "a whole number that the file has room for")
+            self.refuse(&word, "this is not a count of arguments", "a whole number, and as many arguments after it")
         })
     }
 

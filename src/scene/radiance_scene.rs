@@ -74,7 +74,9 @@ pub(super) fn propose(sources: &[Source]) -> Result<Proposal, SceneError> {
         builder.source = source;
         let read = radiance::read(source)?;
         for command in &read.commands {
-            builder.warnings.push(format!("not run, and what it would make is missing: {}", shortened(command)));
+            builder
+                .warnings
+                .push(format!("this command was not run, and its output is missing: {}", shortened(command)));
         }
         for primitive in &read.primitives {
             builder.take(primitive)?;
@@ -162,7 +164,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 None => break,
             }
         }
-        let what = format!("the surface {:?} has no material that is read", shortened(primitive.name));
+        let what = format!("the surface {:?} has no supported material", shortened(primitive.name));
         let got = format!("the modifier {:?}", shortened(primitive.modifier));
         let expected = "a material that is defined above: plastic, metal, trans, glass, mirror, light, illum, glow";
         let remedy = "name the file with the materials too, before this one";
@@ -177,7 +179,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
 
     /// Returns the `N` numbers of a primitive.
     fn reals<const N: usize>(&self, primitive: &Primitive) -> Result<[f64; N], SceneError> {
-        let wrong = || self.refuse(primitive, "has the wrong count of numbers", &format!("{N} numbers"));
+        let wrong = || self.refuse(primitive, "has the wrong number of values", &format!("{N} numbers"));
         primitive.reals.as_slice().try_into().map_err(|_| wrong())
     }
 
@@ -209,14 +211,14 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 let bsdf = json!({ "type": "translucent", "diffuse_reflectance": diffuse * (1.0 - transmitted),
                                   "diffuse_transmittance": diffuse * transmitted * (1.0 - through) });
                 let known =
-                    format!("trans; {lost:.3} that go on as in a mirror or straight through are not known here");
+                    format!("trans; {lost:.3} that are reflected as by a mirror or pass straight through are left out");
                 Converted { bsdf, exitance_lm_m2: 0.0, known }
             }
             "glass" => {
                 let (index, rgb) = match primitive.reals.as_slice() {
                     [red, green, blue] => (GLASS_INDEX, [*red, *green, *blue]),
                     [red, green, blue, index] => (index.clamp(1.0, 10.0), [*red, *green, *blue]),
-                    _ => return Err(self.refuse(primitive, "has the wrong count of numbers", "3 or 4 numbers")),
+                    _ => return Err(self.refuse(primitive, "has the wrong number of values", "3 or 4 numbers")),
                 };
                 let transmittance = share(gray(rgb));
                 let bsdf =
@@ -235,16 +237,17 @@ impl<'s, 't> RadianceScene<'s, 't> {
             }
             "glow" => {
                 let [red, green, blue, _] = self.reals(primitive)?;
-                dark(exitance(red, green, blue), "glow, taken as a light".to_owned())
+                dark(exitance(red, green, blue), "glow, treated as a light".to_owned())
             }
             "illum" => {
                 let [red, green, blue] = self.reals(primitive)?;
                 let exitance_lm_m2 = exitance(red, green, blue);
                 let behind = primitive.strings.first().and_then(|name| self.materials.get(name));
-                let known = "illum, a light; what shows through it is taken from its other material".to_owned();
+                let known =
+                    "illum, a light; its reflection and transmission are those of its alternate material".to_owned();
                 match behind {
                     Some(other) => Converted { bsdf: other.bsdf.clone(), exitance_lm_m2, known },
-                    None => dark(exitance_lm_m2, "illum, a light without another material".to_owned()),
+                    None => dark(exitance_lm_m2, "illum, a light without an alternate material".to_owned()),
                 }
             }
             _ => return Ok(None),
@@ -260,7 +263,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
                 let corners = primitive.reals.len() / 3;
                 if !primitive.reals.len().is_multiple_of(3) || !(3..=MOST_CORNERS).contains(&corners) {
                     let expected = format!("three numbers for each of 3 to {MOST_CORNERS} corners");
-                    return Err(self.refuse(primitive, "has the wrong count of numbers", &expected));
+                    return Err(self.refuse(primitive, "has the wrong number of values", &expected));
                 }
                 self.count(primitive, corners)?;
                 let corners = primitive.reals.chunks_exact(3).map(point);
@@ -273,8 +276,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
                     return Err(self.refuse(primitive, "has no radius above 0", "a radius above 0"));
                 }
                 if exitance_lm_m2 > 0.0 && inward {
-                    self.warnings
-                        .push(format!("{}: a bubble that shines inward is passed over", shortened(primitive.name)));
+                    self.warnings.push(format!("{}: a bubble that emits inward is skipped", shortened(primitive.name)));
                 } else if exitance_lm_m2 > 0.0 {
                     let name = self.unique(primitive.name);
                     self.luminaires
@@ -375,7 +377,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         for (name, surfaces) in &self.used {
             let converted = &self.materials[name];
             materials.insert((*name).to_owned(), converted.bsdf.clone());
-            let pattern = if self.patterned.contains(name) { "; its pattern is passed over" } else { "" };
+            let pattern = if self.patterned.contains(name) { "; its pattern is skipped" } else { "" };
             proposed.push(ProposedMaterial {
                 name: (*name).to_owned(),
                 surfaces: *surfaces,
@@ -394,7 +396,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
             }
         }
         for (kind, (count, first)) in &self.passed_over {
-            self.warnings.push(format!("{count} of type {kind} were passed over, first {:?}", shortened(first)));
+            self.warnings.push(format!("{count} of type {kind} were skipped, first {:?}", shortened(first)));
         }
         if self.geometry.is_empty() {
             let (what, got) = ("a Radiance file without a surface", format!("{} luminaires", self.luminaires.len()));
@@ -420,7 +422,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
 
 /// Returns a stand-in for a material of a type that is not read.
 fn unknown(kind: &str) -> Converted {
-    let known = format!("not known: materials of type {} are not read", shortened(kind));
+    let known = format!("not known: materials of type {} are not supported", shortened(kind));
     Converted { bsdf: json!({ "type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE }), exitance_lm_m2: 0.0, known }
 }
 

@@ -170,7 +170,7 @@ impl<'a> Node<'a> {
                     &entry.value.json_path(),
                     format!("the key {:?} is given twice", shortened(entry.name)),
                     format!(
-                        "{:?} again; it stands already in line {}, column {}",
+                        "{:?} again; it is already in line {}, column {}",
                         shortened(entry.name),
                         first.line,
                         first.column
@@ -218,7 +218,7 @@ impl<'a> Node<'a> {
         let text = self.text()?;
         allowed.iter().position(|name| *name == text).ok_or_else(|| {
             self.refuse(
-                format!("{:?} is none of the values that \"{}\" can have", shortened(text), self.json_path()),
+                format!("{:?} is not an allowed value of \"{}\"", shortened(text), self.json_path()),
                 listed(allowed.iter().copied()),
                 meant(text, allowed.iter().copied()),
             )
@@ -296,7 +296,11 @@ impl<'a> Node<'a> {
         let value = self.number()?;
         if value < 1.0 || value.fract() != 0.0 || value > f64::from(u32::MAX) {
             let expected = format!("a whole number from 1 to {}", u32::MAX);
-            return Err(self.refuse(format!("{quantity} is no count"), expected, "give a whole number of at least 1"));
+            return Err(self.refuse(
+                format!("{quantity} is not a count"),
+                expected,
+                "give a whole number of at least 1",
+            ));
         }
         Ok(value as u32)
     }
@@ -400,7 +404,7 @@ impl<'a> Fields<'a> {
             [Some(first), None] => Ok((0, first)),
             [None, Some(second)] => Ok((1, second)),
             [Some(_), Some(second)] => Err(second.refuse_as(
-                format!("{} is given twice over: \"{}\" and \"{}\"", self.what, keys[0], keys[1]),
+                format!("{} has both \"{}\" and \"{}\"", self.what, keys[0], keys[1]),
                 "both",
                 expected,
                 "delete one of them",

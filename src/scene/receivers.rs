@@ -151,7 +151,7 @@ fn read_corner_grid(
     let frame = GridFrame { columns, rows, origin_m: unit.point_m(origin), u_m: unit.point_m(u), v_m: unit.point_m(v) };
     if !(frame.u_m.cross(frame.v_m).length().is_normal() && (frame.origin_m + frame.u_m + frame.v_m).is_finite()) {
         let expected = "lengths in length_unit";
-        return Err(v_node.refuse("the grid's size is out of all proportion", expected, "check the numbers"));
+        return Err(v_node.refuse("the grid's size is far out of range", expected, "check the numbers"));
     }
     Ok(frame.points())
 }
@@ -185,7 +185,7 @@ fn read_surface_grid(
 
     let rectangle = surface_grid::Rectangle::of(around.surfaces, &surfaces).map_err(|reason| {
         surface_node.refuse(
-            format!("a grid needs a rectangle, and this surface is none: {reason}"),
+            format!("a grid needs a rectangle, but this surface is not one: {reason}"),
             "a flat rectangular surface, such as a box's floor",
             "give the grid by \"origin\", \"u\", \"v\", \"columns\" and \"rows\" (several grids for an L-shaped floor)",
         )

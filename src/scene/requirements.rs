@@ -45,7 +45,7 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
         let example = if is_glare { "\"ugr\": 19" } else { "\"average_lx\": 500" };
         let expected = format!("one or more of {}", listed(KEYS));
         return Err(node.refuse(
-            "these requirements ask for nothing",
+            "these requirements set no limit",
             expected,
             format!("write {example}, or remove \"requirements\""),
         ));
@@ -119,8 +119,8 @@ fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>)
     let is_known = entry.is_some_and(|entry| entry.space.is_some());
     if !is_known || quantity != Quantity::Perpendicular {
         return Err(node.refuse(
-            "an area of a room is named where an entry of EN 12464-1 asks for the illuminance of a plane",
-            "\"area\" beside \"en_12464_1\", of a receiver of type \"grid\" or \"points\" that asks for a plane",
+            "\"area\" needs an entry of EN 12464-1 that requires the illuminance of a plane",
+            "\"area\" together with \"en_12464_1\", in a receiver of type \"grid\" or \"points\" on a plane",
             "leave it out, or name an entry",
         ));
     }
@@ -141,8 +141,8 @@ fn read_task_lx(
         quantity == Quantity::Perpendicular && matches!(area, Area::Task | Area::Surroundings | Area::Background);
     let Some(modified_lx) = modified_lx.filter(|_| is_of_task) else {
         return Err(node.refuse(
-            "nothing that these requirements ask for has a modified value",
-            "\"modified\" beside an entry of EN 12464-1:2021, of a plane of the task, its surroundings or its background",
+            "none of these requirements has a modified value",
+            "\"modified\" together with an entry of EN 12464-1:2021, for a plane of the task, its surroundings or its background",
             "leave it out, or give \"average_lx\"",
         ));
     };
@@ -154,12 +154,12 @@ fn refuse_measure(node: &Node, measure: Measure) -> SceneError {
         Measure::Ugr => node.refuse(
             "a receiver of illuminance has no glare rating",
             "\"ugr\" in the requirements of a receiver of type \"ugr\" or \"ugr_grid\"",
-            "ask it of an observer",
+            "require it of an observer",
         ),
         _ => node.refuse(
-            format!("an observer has a glare rating, and no \"{}\"", measure.key()),
+            format!("an observer has a glare rating, but no \"{}\"", measure.key()),
             "\"ugr\"",
-            "ask it of a receiver of type \"grid\" or \"points\"",
+            "require it of a receiver of type \"grid\" or \"points\"",
         ),
     }
 }
@@ -176,7 +176,11 @@ fn read_limit(node: &Node, measure: Measure) -> Result<f64, SceneError> {
             let limit = node.above_zero("the greatest glare rating")?;
             if !(SCALE[0]..=SCALE[1]).contains(&limit) {
                 let expected = format!("a rating from {} to {}", SCALE[0], SCALE[1]);
-                return Err(node.refuse("the scale of glare ratings does not go there", expected, "write 19, say"));
+                return Err(node.refuse(
+                    "the rating is outside of the scale of glare ratings",
+                    expected,
+                    "write 19, for example",
+                ));
             }
             Ok(limit)
         }
@@ -194,9 +198,9 @@ fn read_flux_factor(fields: &Fields, entry: Option<&StandardEntry>) -> Result<f6
     };
     if !Measure::ALL.iter().filter(|measure| measure.is_direct()).any(is_asked) {
         return Err(node.refuse(
-            "a share of the flux counts for direct light alone, and nothing is asked of that",
-            "\"flux_factor\" beside \"en_1838\", \"direct_minimum_lx\" or \"direct_uniformity_ud\"",
-            "leave it out; \"dimming\" of a luminaire holds for all light",
+            "the share of the flux applies to direct light only, and no requirement concerns direct light",
+            "\"flux_factor\" together with \"en_1838\", \"direct_minimum_lx\" or \"direct_uniformity_ud\"",
+            "leave it out; \"dimming\" of a luminaire applies to all light",
         ));
     }
     node.above_zero("the share of the flux")?;
@@ -211,7 +215,7 @@ fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static Sta
         return Err(node.refuse(
             format!("\"{key}\" is the second standard that these requirements name"),
             "one standard",
-            "give the numbers of the other beside it",
+            "give the values of the other one as numbers",
         ));
     }
     let Some((key, standard, node)) = named.into_iter().next() else { return Ok(None) };
@@ -219,9 +223,9 @@ fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static Sta
     let is_rated = matches!(quantity, Quantity::Glare(_) | Quantity::Cylindrical) && standard == Standard::WorkPlaces;
     if !is_plane && !is_rated {
         return Err(node.refuse(
-            format!("entries ask for the illuminance of a plane, and this receiver for a {} one", quantity.name()),
+            format!("entries require the illuminance of a plane, but this receiver computes another quantity: {}", quantity.name()),
             format!(
-                "\"{key}\" beside \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\"; of EN 12464-1 \"cylindrical\" too, or of an observer"
+                "\"{key}\" together with \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\"; of EN 12464-1 \"cylindrical\" too, or of an observer"
             ),
             "give the number required by \"average_lx\"",
         ));
@@ -230,13 +234,13 @@ fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static Sta
     let entries = || ENTRIES.iter().filter(|entry| entry.standard == standard);
     entries().find(|entry| entry.reference == reference).map(Some).ok_or_else(|| {
         let near = match nearest(reference, entries().map(|entry| entry.reference)) {
-            Some(near) => format!("if \"{near}\" is meant, write that; else "),
+            Some(near) => format!("if \"{near}\" is meant, write that; otherwise "),
             None => String::new(),
         };
         let what = match standard {
-            Standard::WorkPlaces => "no entry of EN 12464-1 that this program knows",
-            Standard::Sports => "no class of EN 12193",
-            Standard::Emergency => "no kind of emergency lighting that this program knows of EN 1838",
+            Standard::WorkPlaces => "luxmc does not know this entry of EN 12464-1",
+            Standard::Sports => "this is not a class of EN 12193",
+            Standard::Emergency => "luxmc does not know this kind of emergency lighting of EN 1838",
         };
         node.refuse(
             what,

@@ -89,7 +89,7 @@ impl RoomShell {
             let rectangle = Rectangle::of(surfaces, &[surface]).map_err(|reason| {
                 let name = &surfaces.surfaces[surface as usize].name;
                 node.refuse(
-                    format!("a room is made of rectangles, and {name} is none: {reason}"),
+                    format!("a room consists of rectangles, but {name} is not one: {reason}"),
                     "a box with \"facing\": \"inward\", or parts of a mesh that are flat rectangles",
                     "give grids on its floor, walls and ceiling, with \"area\" in their requirements",
                 )
@@ -104,7 +104,7 @@ impl RoomShell {
         match floors[..] {
             [floor] => Ok(RoomShell { floor, walls, ceilings }),
             _ => Err(node.refuse(
-                format!("a room has one floor, and of this {} rectangles face upward", floors.len()),
+                format!("a room has one floor, but {} rectangles of this room face upward", floors.len()),
                 "a box with \"facing\": \"inward\"",
                 "name the room's box, or give grids of their own",
             )),

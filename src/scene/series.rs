@@ -49,7 +49,7 @@ pub(super) fn read(fields: &Fields, base_dir: &Path, inward: bool) -> Result<(Ge
         return Err(node.refuse_as(
             "the radius is not above 0 in all directions",
             format!("between {:.3} and {:.3}", bounds.low, bounds.high),
-            "a series above 0 everywhere, with 9% of its range to spare",
+            "a series above 0 everywhere, with a margin of 9% of its range",
             "enlarge the coefficient of l = 0, m = 0, or make the others smaller",
         ));
     }
@@ -85,7 +85,7 @@ fn series_of(terms: &[(usize, i64, f64)]) -> Result<HarmonicSeries, usize> {
 
 fn of_list(node: &Node) -> Result<HarmonicSeries, SceneError> {
     let items = node.items("coefficients")?;
-    let refuse = |item: &Node| item.refuse("no term of a series", expected(), "write [l, m, coefficient]");
+    let refuse = |item: &Node| item.refuse("this is not a term of a series", expected(), "write [l, m, coefficient]");
     let mut terms = Vec::with_capacity(items.len());
     for item in &items {
         let numbers = item.items("a term")?.iter().map(|number| number.number()).collect::<Result<Vec<f64>, _>>()?;
@@ -114,7 +114,7 @@ fn of_file(node: &Node, base_dir: &Path) -> Result<HarmonicSeries, SceneError> {
                 source.refuse(
                     place.clone(),
                     "",
-                    "no term of a series",
+                    "this is not a term of a series",
                     format!("{line:?}"),
                     expected,
                     "correct the line",

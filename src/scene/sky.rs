@@ -58,7 +58,7 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, Daylig
         if is_all_weather { &["zenith_luminance_cd_m2", "horizontal_illuminance_lx"] } else { &PEREZ_KEYS };
     if let Some(node) = of_others.iter().find_map(|key| fields.get(key)) {
         let expected = if is_all_weather { PEREZ_KEYS.join(" and ") } else { "a \"Perez\" sky".to_owned() };
-        return Err(node.refuse("this key is of other skies", expected, "leave the key out"));
+        return Err(node.refuse("this key belongs to other skies", expected, "leave the key out"));
     }
     let ground_reflectance =
         fields.get("ground_reflectance").map_or(Ok(0.0), |node| node.fraction("the ground's reflectance"))?;
@@ -90,8 +90,8 @@ fn pattern(fields: &Fields, distribution: usize) -> Result<SkyPattern, SceneErro
     }
     for key in sun::POSITION_KEYS {
         if let Some(node) = fields.get(key) {
-            let expected = "a sun where the sky has one: \"CIE 1\" to \"CIE 15\" and \"Perez\"";
-            return Err(node.refuse("this sky has no sun", expected, "leave the key out"));
+            let expected = "a sun's position only where the sky depends on it: \"CIE 1\" to \"CIE 15\" and \"Perez\"";
+            return Err(node.refuse("this sky does not depend on the sun", expected, "leave the key out"));
         }
     }
     Ok([SkyPattern::Uniform, SkyPattern::Overcast][distribution])
@@ -108,7 +108,7 @@ fn all_weather(fields: &Fields, maintained: f64, ground_reflectance: f64) -> Res
         return Err(direct_node.refuse(
             "the all-weather sky has no light in the zenith for this sun",
             "illuminances that belong together",
-            "check both illuminances and where the sun stands",
+            "check both illuminances and the sun's position",
         ));
     };
     Ok(Sky::of_horizontal(pattern, maintained * diffuse_lx, ground_reflectance))
@@ -121,7 +121,7 @@ fn sun_above(fields: &Fields) -> Result<DVec3, SceneError> {
         let node = ["sun_elevation_deg", "date_time"].iter().find_map(|key| fields.get(key));
         let elevation_deg = towards.z.asin().to_degrees();
         return Err(node.unwrap_or_else(|| fields.node().clone()).refuse_as(
-            "the sun of a sky stands above the horizon",
+            "the sun of a sky must be above the horizon",
             format!("a sun at {elevation_deg:.2} degrees"),
             "0 to 90 degrees",
             "at night choose another sky, or leave it out",

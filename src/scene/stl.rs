@@ -35,12 +35,12 @@ pub(super) fn read(path: &Path, bytes: &mut [u8], warnings: &mut Vec<String>) ->
                 }
                 None => format!("\"{SOLID}\", or a header of {HEADER_BYTES} bytes"),
             };
-            let what = "the STL file is cut short, or no STL file";
+            let what = "the STL file is cut short, or it is not an STL file";
             return Err(refusal(path, what, format!("{} bytes", bytes.len()), &expected));
         };
         if needed < bytes.len() as u64 {
             let beyond = bytes.len() as u64 - needed;
-            warnings.push(format!("{}: {beyond} bytes behind the last triangle were passed over", path.display()));
+            warnings.push(format!("{}: {beyond} bytes behind the last triangle were skipped", path.display()));
         }
         // The file is binary. A blank hides the word of text files at its beginning.
         bytes[0] = b' ';

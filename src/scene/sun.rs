@@ -33,7 +33,7 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sun), Scene
     };
     let Some(sun) = sun else {
         return Err(node.refuse(
-            "the sun stands below the horizon and gives a horizontal plane nothing",
+            "the sun is below the horizon and gives no horizontal illuminance",
             "a sun above the horizon",
             "give normal_illuminance_lx, or choose another time",
         ));
@@ -49,7 +49,7 @@ pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
         for key in ["latitude_deg", "longitude_deg", "date_time"] {
             if let Some(node) = fields.get(key) {
                 let remedy = "leave out sun_elevation_deg, or place and time";
-                return Err(node.refuse("where the sun stands is told twice", "angles, or place and time", remedy));
+                return Err(node.refuse("the sun's position is given twice", "angles, or place and time", remedy));
             }
         }
         let elevation_deg = within(&elevation, "the sun's elevation", 90.0)?;
@@ -60,8 +60,8 @@ pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
         fields.need("sun_elevation_deg", "35")?;
     }
     if let Some(node) = fields.get("sun_azimuth_deg") {
-        let expected = "an azimuth beside an elevation";
-        return Err(node.refuse("place and time tell the azimuth", expected, "leave the key out"));
+        let expected = "an azimuth together with an elevation";
+        return Err(node.refuse("place and time determine the azimuth", expected, "leave the key out"));
     }
     let latitude_deg = within(&fields.need("latitude_deg", "51.5")?, "the latitude", 90.0)?;
     let longitude_deg = within(&fields.need("longitude_deg", "-0.1")?, "the longitude", 180.0)?;
@@ -70,7 +70,7 @@ pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
         node.refuse(
             "a date and time that cannot be read",
             "a date, a time and its zone as \"2026-06-21T12:30:00+02:00\" or \"…Z\", in the years 1900 to 2100",
-            "write the zone: what the clock of the place is ahead of universal time, summer time in it",
+            "write the zone: how far local time is ahead of universal time, including summer time",
         )
     })?;
     let [elevation_deg, azimuth_deg] = solar_position_deg(latitude_deg, longitude_deg, moment);

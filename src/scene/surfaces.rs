@@ -321,7 +321,7 @@ impl Surfaces {
         }
         let blamed = common.fields.get("max_element_edge").unwrap_or_else(|| common.node.clone());
         let expected = format!("at most {MOST_CELLS} elements in a scene");
-        Err(blamed.refuse("the scene has too many elements", expected, "ask for longer edges"))
+        Err(blamed.refuse("the scene has too many elements", expected, "allow longer edges"))
     }
 
     fn read_sphere(&mut self, common: &GeometryKeys, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
@@ -333,13 +333,13 @@ impl Surfaces {
         if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(MOST_SPHERE_FREQUENCY)) {
             let finest = 2.0 * radius * placing.scale / f64::from(MOST_SPHERE_FREQUENCY);
             let expected = format!("an edge of at least {finest:.3e}");
-            return Err(node.refuse("the sphere would become too many triangles", expected, "ask for longer edges"));
+            return Err(node.refuse("the sphere would need too many triangles", expected, "allow longer edges"));
         }
         self.sphere_triangles += 20.0 * frequency * frequency;
         if self.sphere_triangles > MOST_SPHERE_TRIANGLES {
             let blamed = fields.get("max_element_edge").unwrap_or_else(|| fields.node().clone());
             let expected = format!("at most {MOST_SPHERE_TRIANGLES:e} triangles of all spheres together");
-            return Err(blamed.refuse("the spheres would become too many triangles", expected, "ask for longer edges"));
+            return Err(blamed.refuse("the spheres would need too many triangles", expected, "allow longer edges"));
         }
         let shape = shapes::icosphere(center, radius, inward, frequency as u32);
         let exact = 4.0 * std::f64::consts::PI * radius * radius;
@@ -352,7 +352,7 @@ impl Surfaces {
             })
             .sum();
         warnings.push(format!(
-            "{name}: the sphere is {} triangles inscribed in it; their area is {:.3}% too small",
+            "{name}: the sphere is approximated by {} inscribed triangles; their area is {:.3}% too small",
             shape.parts[0].triangles.len(),
             100.0 * (1.0 - area / exact)
         ));
@@ -363,7 +363,7 @@ impl Surfaces {
         if let Some(first) = self.names.insert(name.to_string(), node.json_path()) {
             return Err(node.refuse_as(
                 format!("the surface name {name:?} is given twice"),
-                format!("{name:?} again; {first} gives it already"),
+                format!("{name:?} again; {first} has it already"),
                 "a name that no other geometry or part has",
                 "rename one of the two",
             ));
@@ -445,7 +445,7 @@ fn read_mesh(
     let mut shape = read.map_err(|error| error.named_by(node.as_namer()))?;
     if let Some((count, place)) = weld(&mut shape) {
         warnings.push(format!(
-            "{}: {count} vertices along open edges lay as good as on others and were made one with them (the first at {place} in the file)",
+            "{}: {count} vertices along open edges had practically the same position as others and were merged with them (the first at {place} in the file)",
             path.display()
         ));
     }

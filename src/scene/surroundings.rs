@@ -58,9 +58,9 @@ pub(super) fn read(
     };
     let (Some(rectangle), true) = (TaskRectangle::of(&task.layout), task.quantity == Quantity::Perpendicular) else {
         return Err(node.refuse(
-            "surroundings are those of a rectangular task area whose own plane is lit",
+            "surroundings need a rectangular task area and the illuminance on its own plane",
             "a grid with \"u\" at right angles to \"v\" and without another \"quantity\"",
-            "leave out \"surroundings\", or give the sets about the task by themselves",
+            "leave out \"surroundings\", or write receiver sets around the task area yourself",
         ));
     };
     let floor = floor_triangles(surfaces, &floor_node, &rectangle)?;
@@ -79,8 +79,8 @@ pub(super) fn read(
     for (area, low_m, high_m, broad_m) in rings.into_iter().filter(|(.., broad_m)| *broad_m > 0.0) {
         let Some(requirements) = requirements::about(&task.requirements, area) else {
             return Err(node.refuse(
-                "what surroundings are to keep follows from the average that the task asks for, and it asks for none",
-                "\"requirements\" beside it with an entry of EN 12464-1, or with \"average_lx\"",
+                "the requirements of surroundings follow from the average that the task area requires, but it requires none",
+                "\"requirements\" of the task area with an entry of EN 12464-1, or with \"average_lx\"",
                 "name the entry, or leave out \"surroundings\"",
             ));
         };
@@ -105,7 +105,7 @@ pub(super) fn read(
     }
     if sets.is_empty() {
         return Err(node.refuse(
-            "nothing of the floor is left about the task area",
+            "no floor is left around the task area",
             "a task area that is smaller than the floor in \"within\", and widths above 0",
             "leave out \"surroundings\", or give the task area a margin",
         ));
@@ -155,7 +155,7 @@ fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &TaskRectangle) -> Re
     }
     if triangles.is_empty() {
         return Err(node.refuse(
-            "nothing of this surface faces as the task area does",
+            "no part of this surface faces the same way as the task area",
             "the floor below a horizontal task area, or the wall behind an upright one",
             "name that surface",
         ));

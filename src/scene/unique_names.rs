@@ -28,7 +28,7 @@ pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, 
 pub(super) fn made_name(name: String, node: &Node, names: &mut Names) -> Result<String, SceneError> {
     if let Some(first) = names.insert(name.clone(), node.json_path().into()) {
         return Err(node.refuse_as(
-            format!("the name {name:?}, which a set made here gets, is given already"),
+            format!("the name {name:?} of a receiver set that luxmc adds is already in use"),
             format!("{name:?} again; {first} has it already"),
             "a name of its own",
             "rename the other one",

@@ -152,9 +152,9 @@ impl<'a> Rows<'a> {
     fn within_a_year(&self, hours: Vec<WeatherHour>, site: (String, [f64; 3])) -> Result<Weather, SceneError> {
         let (place, [latitude_deg, longitude_deg, time_zone_hours]) = site;
         if hours.is_empty() || hours.len() > MOST_HOURS {
-            let what = if hours.is_empty() { "no hour of weather" } else { "more hours than a year has" };
+            let what = if hours.is_empty() { "no hours of weather data" } else { "more hours than a year has" };
             let last = self.lines.last().map_or(0..0, end_of);
-            return Err(self.refuse(last, what, "an hour a line, of one year at most", "choose another file"));
+            return Err(self.refuse(last, what, "one hour per line, of one year at most", "choose another file"));
         }
         Ok(Weather { place, latitude_deg, longitude_deg, time_zone_hours, hours })
     }
@@ -164,7 +164,7 @@ impl<'a> Rows<'a> {
         let Some(head) = head else {
             let first = self.lines.first().map_or(0..0, |fields| fields[0].clone());
             let expected = "LOCATION, and then place, latitude, longitude and time zone";
-            return Err(self.refuse(first, "this is no EPW file", expected, "choose another file"));
+            return Err(self.refuse(first, "this is not an EPW file", expected, "choose another file"));
         };
         let site = [6, 7, 8].map(|place| (place, SITE[place - 6], SITE_LIMITS[place - 6]));
         let mut numbers = [0.0; 3];
@@ -190,8 +190,8 @@ impl<'a> Rows<'a> {
             }
             let same = |last: &WeatherHour| (last.month, last.day, last.middle_hours) == (month, day, hour - 0.5);
             if hours.last().is_some_and(same) {
-                let remedy = "choose a file with an hour a line";
-                return Err(self.refuse(fields[3].clone(), "a second line of one hour", "one line an hour", remedy));
+                let remedy = "choose a file with one hour per line";
+                return Err(self.refuse(fields[3].clone(), "a second line for one hour", "one line per hour", remedy));
             }
             hours.push(WeatherHour {
                 month,
@@ -204,14 +204,14 @@ impl<'a> Rows<'a> {
     }
 
     fn csv(&self) -> Result<Weather, SceneError> {
-        let remedy = "begin with latitude_deg,51.5 and longitude_deg,-0.1 and time_zone_hours,0, a line each";
+        let remedy = "begin with latitude_deg,51.5 and longitude_deg,-0.1 and time_zone_hours,0, one per line";
         let mut site = [None; 3];
         let mut place = String::new();
         let mut lines = self.lines.iter();
         let head = loop {
             let Some(fields) = lines.next() else {
                 let last = self.lines.last().map_or(0..0, end_of);
-                return Err(self.refuse(last, "the weather has no columns", &COLUMNS.join(","), "add them"));
+                return Err(self.refuse(last, "the weather file has no columns", &COLUMNS.join(","), "add them"));
             };
             let name = self.text(&fields[0]);
             match SITE.iter().position(|of_site| *of_site == name) {
@@ -224,14 +224,14 @@ impl<'a> Rows<'a> {
             }
         };
         let [Some(latitude), Some(longitude), Some(zone)] = site else {
-            let what = "the weather does not tell where it is";
+            let what = "the weather file does not state its location";
             return Err(self.refuse(head[0].clone(), what, &SITE.join(", "), remedy));
         };
         let names: Vec<&str> = head.iter().map(|field| self.text(field)).collect();
         let is_light = names.get(3..) == Some(&ILLUMINANCES);
         if names.get(..3) != Some(&COLUMNS[..3]) || !is_light && names.get(3..) != Some(&COLUMNS[3..]) {
             let expected = format!("{}, or in place of the last two {}", COLUMNS.join(","), ILLUMINANCES.join(","));
-            return Err(self.refuse(whole(head), "the weather has other columns", &expected, "correct the line"));
+            return Err(self.refuse(whole(head), "the weather file has other columns", &expected, "correct the line"));
         }
         let mut hours = Vec::new();
         for fields in lines {
@@ -295,7 +295,7 @@ mod tests {
         let columns = "month,day,hour,direct_normal_irradiance_w_m2,diffuse_horizontal_irradiance_w_m2\n";
         for (text, says) in [
             (String::new(), "no columns"),
-            (columns.to_owned(), "does not tell where"),
+            (columns.to_owned(), "does not state its location"),
             (HEAD.to_owned(), "no columns"),
             (format!("{HEAD}month,day\n"), "other columns"),
             (format!("{HEAD}{columns}"), "no hour"),
@@ -309,7 +309,7 @@ mod tests {
             let refused = csv(&text).expect_err(says).to_string();
             assert!(refused.contains(says), "{says}: {refused}");
         }
-        let refused = weather_from_text("nothing", Path::new("a.epw"), true).expect_err("no EPW");
-        assert!(refused.to_string().contains("no EPW file"), "{refused}");
+        let refused = weather_from_text("nothing", Path::new("a.epw"), true).expect_err("not an EPW");
+        assert!(refused.to_string().contains("not an EPW file"), "{refused}");
     }
 }

@@ -45,7 +45,7 @@ pub mod kept_offer {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Offered>, D::Error> {
         let offered = Option::<Option<Offer>>::deserialize(deserializer)?;
-        Ok(offered.map(|offer| offer.ok_or("weighed before the run went on")))
+        Ok(offered.map(|offer| offer.ok_or("considered before the run was resumed")))
     }
 }
 
@@ -53,7 +53,7 @@ pub mod kept_offer {
 const USUAL_ERROR: f64 = 0.01;
 
 /// Reason: local estimation is not considered while little work is left.
-const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and its first looks";
+const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and first error checks";
 /// Reason: the pilot is not trusted. Local estimation is considered again if a look finds more work.
 const UNSURE: &str = "its pilot's chains seldom reach the points";
 /// Reason: elements are not connected to chains.
@@ -70,7 +70,7 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
         return POINTS_ONLY;
     };
     if !job.bound {
-        return Err("no target binds it");
+        return Err("the target does not bind this map");
     }
     let quantity = context.scene.receivers[set].quantity;
     if matches!(quantity, Quantity::Glare(_) | Quantity::Intensity { .. }) {
@@ -140,7 +140,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
     };
     let offered = match (connectable(context, job), target) {
         (Err(why), _) => Err(why),
-        (_, None) => Err("without a target"),
+        (_, None) => Err("no target is set"),
         _ if !is_worth_a_pilot(job, at_best) => Err(TOO_LITTLE_WORK),
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
@@ -170,14 +170,14 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
 fn reason(counts: bool, error: f64, gathering: GatheringWork, without: f64, offered: &Offered) -> String {
     let of = |work: Result<f64, &str>, name: &str| match work {
         Ok(work) => format!("{work:.1e} by {name}"),
-        Err(why) => format!("{name} not weighed ({why})"),
+        Err(why) => format!("{name} not considered ({why})"),
     };
     let (target, gathering) = ((error * 1e4).round() / 100.0, of(gathering, "gathering"));
     if counts {
-        return format!("by the pilot, work to {target} %: {without:.1e} by counts, {gathering}");
+        return format!("work to reach {target} %, estimated by the pilot: {without:.1e} by counting, {gathering}");
     }
     let local = of(offered.as_ref().map(|offer| offer.work).map_err(|why| *why), "local estimation");
-    format!("by the pilot, work to {target} %: {without:.1e} by walks, {local}, {gathering}")
+    format!("work to reach {target} %, estimated by the pilot: {without:.1e} by walks, {local}, {gathering}")
 }
 
 /// Reconsiders the method after a look. The map changes from cells to local estimation, or from either to walks. It does so if the new
@@ -196,7 +196,8 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         let is_far_cheaper = |offer: &mut Offer| LEAVING * offer.work < at_best;
         if let Some(Ok(offer)) = job.connecting.offered.take_if(|offered| offered.as_mut().is_ok_and(is_far_cheaper)) {
             job.method_reason = format!(
-                "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks, {:.1e} by local estimation",
+                "remaining work, estimated by an error check in the run: {more:.1e} by gathering, {walks:.1e} by \
+                 walks, {:.1e} by local estimation",
                 offer.work
             );
             job.stop_gathering(context);
@@ -205,7 +206,8 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         } else if more > LEAVING * walks {
             job.stop_gathering(context);
             job.method_reason = format!(
-                "{}; by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts",
+                "{}; remaining work, estimated by an error check in the run: {more:.1e} by gathering, {walks:.1e} \
+                 by walks or counting",
                 job.method_reason
             );
             job.next_judgement = job.first_samples();
@@ -215,8 +217,10 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         let more = WORK_OF_A_CONNECTION * (needed - 1.0).max(0.0) * job.work.rays as f64;
         if more > LEAVING * walks {
             job.stop_connecting();
-            job.method_reason =
-                format!("by a look in the run, work to come: {more:.1e} by local estimation, {walks:.1e} by walks");
+            job.method_reason = format!(
+                "remaining work, estimated by an error check in the run: {more:.1e} by local estimation, \
+                 {walks:.1e} by walks"
+            );
             job.next_judgement = job.first_samples();
         }
     }

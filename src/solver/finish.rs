@@ -103,8 +103,8 @@ fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) 
     let (count, most) = (context.stage.elements.len(), most_that_adapt(settings.time_limit_s, limit_bytes()));
     (are_to_adapt(settings, jobs) && count > most).then(|| {
         format!(
-            "elements stay as the scene gives them, since they are {count}, and no more than {most} would adapt in the time and the memory \
-             that there is: their values are means"
+            "elements stay as the scene gives them, with means as values: there are {count}, and the available time and \
+             memory allow no more than {most} to adapt"
         )
     })
 }
@@ -118,7 +118,7 @@ fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) ->
     let names: Vec<&str> =
         lights.luminaires(context.stage).map(|index| context.scene.luminaires[index].name.as_str()).collect();
     Some(format!(
-        "elements stay as the scene gives them, since no slope could show the spot that {} {} from near: their values are means",
+        "elements stay as the scene gives them, with means as values: {} {} a spot from so near that no slope could show it",
         names[..names.len().min(3)].join(", "),
         if names.len() == 1 { "lights" } else { "light" }
     ))
@@ -131,12 +131,16 @@ fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
     // The sky shines on roofs and outer walls, too.
     if balance.back_face_lm > 0.0 && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far()) {
         let part = luminaires_behind_surfaces(context.scene).map(|names| {
-            format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
+            format!(
+                "part of the light-emitting area of {names} lies behind a surface; move it away from the \
+                 surface, or turn its \"aim\""
+            )
         });
         let whole = || {
             let names = luminaires_aimed_at_backs(context.scene)?;
             Some(format!(
-                "{names} shines at it from behind; move what shines to the front of the surface, or turn its \"aim\""
+                "{names} shines at it from behind; move the light-emitting area to the front of the surface, or \
+                 turn its \"aim\""
             ))
         };
         let flipped = || "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned();
@@ -148,8 +152,8 @@ fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
     if balance.truncated_lm > 0.0 {
         let share = percent(balance.truncated_lm);
         warnings.push(format!(
-            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections or past the time limit: in a white place next to \
-             nothing absorbs it"
+            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections or past the time limit: \
+             where surfaces are nearly white, almost nothing absorbs it"
         ));
     }
     warnings
@@ -159,7 +163,8 @@ fn words_on_walks_given_up(context: &Context) -> Option<String> {
     let count = context.stage.patience.walks_given_up();
     (count > 0).then(|| {
         format!(
-            "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, in a white place: values lack what {} still have found",
+            "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, since nearly white surfaces \
+             absorb almost nothing: values lack the light that {} still have found",
             if count == 1 { "1 walk was".to_owned() } else { format!("{count} walks were") },
             if count == 1 { "it would" } else { "they would" },
         )
@@ -185,17 +190,17 @@ fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String
     let checks = maps.iter().flat_map(|map| map.checks.iter().map(move |check| (map, check)));
     let failed = checks.filter(|(_, check)| !check.passed).map(|(map, check)| {
         format!(
-            "check \"{}\" of \"{}\" failed ({:.3} against {:.3}): {}; its error is not to be relied on{}",
+            "check \"{}\" of \"{}\" failed ({:.3} against {:.3}): {}; its error is unreliable{}",
             check.name,
             map.name,
             check.value.unwrap_or(f64::NAN),
             check.limit,
             check.explanation,
-            if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
+            if target_error.is_some() && map.bound { ", and the target does not count as met" } else { "" }
         )
     });
     let dark = few(dark.collect(), |more| format!("no light has reached {more} more maps yet, either"));
-    let failed = few(failed.collect(), |more| format!("{more} more checks failed; summary.json tells which"));
+    let failed = few(failed.collect(), |more| format!("{more} more checks failed; summary.json lists them"));
     dark.into_iter().chain(failed).collect()
 }
 
@@ -280,7 +285,7 @@ fn ends_of_chains(jobs: &[Job], is_dark: bool) -> Result<&[Ends; REPLICAS], Stri
         } else if jobs.iter().any(Job::is_black) {
             "no surface reflects, so no chains were traced".to_owned()
         } else {
-            "the element map was not asked for, so no chains were traced from the luminaires".to_owned()
+            "the element map was not requested, so no chains were traced from the luminaires".to_owned()
         }
     })
 }
@@ -313,7 +318,7 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
             passed,
             value: Some(check.z_score.abs()),
             limit: MOST_DEVIATION,
-            explanation: "the elements absorb another flux than the luminaires emit".to_owned(),
+            explanation: "the flux that the elements absorb differs from the flux that the luminaires emit".to_owned(),
         });
         job.met &= passed;
         job.looks.refused |= !passed;
@@ -322,12 +327,12 @@ fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck,
 
 /// Compares Σ absorptance·E·A with the emitted flux. It detects a wrong map, which the balance of counted packets cannot.
 fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result<MapCheck, String> {
-    let job = jobs.iter().find(|job| job.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
+    let job = jobs.iter().find(|job| job.kind == MapKind::Elements).ok_or("the element map was not requested")?;
     if ends.iter().any(|ends| ends.escaped > 0) {
         return Err("the scene is open: flux escaped".to_owned());
     }
     if ends.iter().any(|ends| ends.cut_off > 0) {
-        return Err("packets were cut off, so the map need not absorb the flux emitted".to_owned());
+        return Err("packets were cut off, so the map may absorb less than the emitted flux".to_owned());
     }
     if ends.iter().any(|ends| ends.back_faces > 0) {
         return Err("flux hits the back of one-sided surfaces".to_owned());

@@ -154,7 +154,8 @@ impl Job {
         let mut job = Job {
             adapting: AdaptingState { adaptive, ..AdaptingState::default() },
             work: WorkDone { pilot_rays, ..WorkDone::default() },
-            method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
+            method_reason: if context.method == Method::Auto { "no other method applies" } else { "requested" }
+                .to_owned(),
             costs: Costs { direct, indirect, walked },
             walking: WalkingState { sharing, ..WalkingState::default() },
             share: DirectShare::of(direct, indirect, [entries; 2]),

@@ -101,7 +101,7 @@ pub fn merge<E>(
     let mut solution = finish(&context, settings, &mut jobs, ending);
     for (map, (chains, methods)) in solution.maps.iter_mut().zip(of_maps) {
         (map.chains, map.method) = (chains, methods);
-        map.method_reason = "that of the shares".to_owned();
+        map.method_reason = "the method of the shares".to_owned();
     }
     (solution.chains, solution.rays) = (done.chains, done.rays);
     let is_met = solution.target_met == Some(true);

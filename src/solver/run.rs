@@ -163,6 +163,6 @@ fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
     let names: Vec<String> = left_out.iter().map(|(name, _)| format!("\"{name}\"")).collect();
     let (verb, whose) = if names.len() == 1 { ("is", "its") } else { ("are", "their") };
     solution.warnings.extend((!names.is_empty()).then(|| {
-        format!("{} {verb} left out: the run was to end long before each of {whose} places had a value", joined(&names))
+        format!("{} {verb} left out: the run had to end long before each of {whose} points had a value", joined(&names))
     }));
 }

@@ -297,26 +297,30 @@ impl Solution {
         if let Some(map) = worst(|error| error.discretisation) {
             let more = match self.stop_reason {
                 StopReason::FinestMesh => {
-                    ": smaller elements at the start (max_element_edge) may show more, and --elements given asks for their means alone"
+                    ": smaller elements at the start (max_element_edge) may resolve more, and --elements given \
+                     computes only their means"
                 }
-                _ => ", and they were to be cut further",
+                _ => ", and the run ended before they were subdivided further",
             };
             return Some(format!(
-                "what the elements of \"{}\" cannot show, {} of its mean, exceeds the target by itself{more}",
+                "the discretisation error of the elements of \"{}\", {} of its mean, exceeds the target by \
+                 itself{more}",
                 map.name,
                 percent(map.error.discretisation)
             ));
         }
         if let Some(map) = worst(|error| error.bias).filter(|map| self.is_gathered(&map.name)) {
             return Some(format!(
-                "what the cells of \"{}\" share of its error, {}, exceeds the target by itself, and walks had not taken it off yet",
+                "the error that the cells of \"{}\" have in common, {}, exceeds the target by itself, and walks had \
+                 not removed it yet",
                 map.name,
                 percent(map.error.bias)
             ));
         }
         (self.estimated_error <= target).then(|| {
             format!(
-                "the halves of \"{}\" agree that well by luck: by the spread of all replicas its error may be above the target in more than one run of twenty",
+                "the halves of \"{}\" agree well by luck: judged by the spread of all replicas, its error may be \
+                 above the target in more than one run of twenty",
                 map.name
             )
         })

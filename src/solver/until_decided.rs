@@ -110,7 +110,9 @@ impl TakenTogether {
             1 => "a run".to_owned(),
             count => format!("{count} runs"),
         };
-        solution.notes.push(format!("{runs} to stated errors of {} looked for verdicts", self.errors.join(", ")));
+        solution
+            .notes
+            .push(format!("{runs} to stated errors of {} tried to decide the verdicts", self.errors.join(", ")));
         (solution.rays, solution.chains) = (self.rays, self.chains);
         (solution.compute_s, solution.spending) = (self.compute_s, self.spending);
     }

@@ -109,7 +109,7 @@ fn of_rating(solution: &Solution, rating: Option<&GlareRating>, map: &MapResult,
 
 fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
     let Some(row) = map.tables.iter().find(|row| row.name == receivers.name && row.places > 0) else {
-        return Finding::Nothing("no point counts");
+        return Finding::Nothing("no point is counted");
     };
     let measure = requirement.measure;
     if !measure.is_illuminance() && row.average_lx.value <= 0.0 {
@@ -157,7 +157,7 @@ const ROUNDING: f64 = 1e-12;
 fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
     let (values, errors_lx) = (&map.values.direct_lx, &map.values.direct_standard_error_lx);
     if errors_lx.len() != values.len() {
-        return Finding::Nothing("this method tells no error of direct light");
+        return Finding::Nothing("this method gives no error of direct light");
     }
     let counted = receivers.points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
     let points: Vec<Estimate> = counted
@@ -172,7 +172,7 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
         .collect();
     let by_value = |one: &&Estimate, other: &&Estimate| one.value.total_cmp(&other.value);
     let (Some(least), Some(greatest)) = (points.iter().min_by(by_value), points.iter().max_by(by_value)) else {
-        return Finding::Nothing("no point counts");
+        return Finding::Nothing("no point is counted");
     };
     if requirement.measure == Measure::DirectMinimumLx {
         return found(map, requirement, *least, 0.0, &points, [0.0, f64::INFINITY]);

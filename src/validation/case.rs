@@ -110,7 +110,13 @@ impl Case {
         let path = folder.join(CASE_FILE);
         let text = read_text(&path, "the case cannot be read")?;
         let value: Value = serde_json::from_str(&text).map_err(|error| {
-            CaseError::new(&path, "the case is no JSON", error.to_string(), "a JSON object", "correct the place named")
+            CaseError::new(
+                &path,
+                "the case is not valid JSON",
+                error.to_string(),
+                "a JSON object",
+                "correct the named place",
+            )
         })?;
         Case::of_value(folder_name(folder), folder, &path, value)
     }
@@ -125,8 +131,8 @@ impl Case {
                 let scene_path = folder.join(name);
                 let text = read_text(&scene_path, "the scene of the case cannot be read")?;
                 serde_json::from_str(&text).map_err(|error| {
-                    let remedy = "correct the place named";
-                    CaseError::new(&scene_path, "the scene is no JSON", error.to_string(), "a scene", remedy)
+                    let remedy = "correct the named place";
+                    CaseError::new(&scene_path, "the scene is not valid JSON", error.to_string(), "a scene", remedy)
                 })?
             }
             _ => {
@@ -153,7 +159,7 @@ impl Case {
             None => 0,
             Some(name) => runs.iter().position(|run| run.name == *name).ok_or_else(|| {
                 let expected = "the name of one of the runs";
-                CaseError::new(path, "\"ladder_run\" names no run", name.as_str(), expected, "correct the name")
+                CaseError::new(path, "\"ladder_run\" does not name a run", name.as_str(), expected, "correct the name")
             })?,
         };
         Ok(Case {
@@ -188,7 +194,7 @@ fn typed<T: DeserializeOwned>(path: &Path, place: &str, value: Value) -> Result<
         let what =
             if place.is_empty() { "a malformed case".to_owned() } else { format!("a malformed case, at {place}") };
         let got = error.into_inner().to_string();
-        CaseError::new(path, what, got, "what docs/validation.md describes", "correct this place of the case")
+        CaseError::new(path, what, got, "the form that docs/validation.md describes", "correct this place of the case")
     })
 }
 
@@ -204,7 +210,7 @@ fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
     }
     if file.title.trim().is_empty() || file.physics.trim().is_empty() {
         return refuse(
-            "a case must tell its reader what it is about",
+            "a case needs a title and a description for its reader",
             "an empty text".into(),
             "a title and the physics",
         );
@@ -283,7 +289,7 @@ fn method_of(path: &Path, run: &RunSpec) -> Result<Option<RunMethod>, CaseError>
         mesh.form = form;
     }
     if let Err((got, expected)) = mesh.check() {
-        return refuse("the mesh is out of proportion", got, expected);
+        return refuse("the mesh has unusable proportions", got, expected);
     }
     let method = RunMethod::named(name, mesh);
     if method.is_none() {
@@ -306,17 +312,29 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
     let set = scene.receivers.iter().find(|set| set.name == comparison.map);
     match (comparison.what, set) {
         (What::Points, None) => {
-            return refuse("points need a receiver set", comparison.map.clone(), "\"map\": the name of a receiver set");
+            return refuse(
+                "points can be compared only for a receiver set",
+                comparison.map.clone(),
+                "\"map\": the name of a receiver set",
+            );
         }
         (What::Ugr, set) if set.is_none_or(|set| set.observers.len() != 1) => {
-            return refuse("a rating needs an observer", comparison.map.clone(), "\"map\": the name of a ugr receiver");
+            return refuse(
+                "a rating can be compared only for an observer",
+                comparison.map.clone(),
+                "\"map\": the name of a ugr receiver",
+            );
         }
         (What::Ugr, _) if comparison.light != LightPart::Total => {
             let got = comparison.light.name().to_owned();
-            return refuse("a rating is of all light", got, "no \"light\", or \"total\"");
+            return refuse("a rating is known for total light only", got, "no \"light\", or \"total\"");
         }
         (What::Elements, Some(_)) => {
-            return refuse("elements come from the element map", comparison.map.clone(), "no \"map\", or \"elements\"");
+            return refuse(
+                "elements can be compared only in the element map",
+                comparison.map.clone(),
+                "no \"map\", or \"elements\"",
+            );
         }
         (_, None) if comparison.map != ELEMENT_MAP => {
             return refuse("the scene has no such map", comparison.map.clone(), "\"elements\" or a receiver set");
@@ -344,7 +362,7 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
     }
     if criterion.worst_difference.is_some_and(|most| !(most > 0.0 && most.is_finite())) {
         let got = format!("{:?}", criterion.worst_difference);
-        return refuse("\"worst_difference\" allows nothing", got, "a number above 0");
+        return refuse("\"worst_difference\" must be above 0", got, "a number above 0");
     }
     let names_none = criterion.worst.is_none() && criterion.worst_difference.is_none();
     if names_none && criterion.true_error.is_none() && criterion.coverage_alpha.is_none() {

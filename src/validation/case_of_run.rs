@@ -19,7 +19,7 @@ pub fn case_of_stored_run(scene: &Path, run: &Path) -> Result<Case, CaseError> {
     let text = read_text(&path, "the stored run cannot be read: name the directory of a luxmc solve")?;
     let summary: Value = serde_json::from_str(&text).map_err(|error| {
         let remedy = "compute the run again: luxmc solve SCENE --out DIR";
-        CaseError::new(&path, "the stored run's summary is no JSON", error.to_string(), "a summary", remedy)
+        CaseError::new(&path, "the stored run's summary is not valid JSON", error.to_string(), "a summary", remedy)
     })?;
     let maps = summary["maps"].as_array().map(Vec::as_slice).unwrap_or_default();
     let compare: Vec<Value> = maps
@@ -38,7 +38,7 @@ pub fn case_of_stored_run(scene: &Path, run: &Path) -> Result<Case, CaseError> {
     let title = summary["title"].as_str().filter(|title| !title.trim().is_empty());
     let case = json!({
         "title": title.unwrap_or("A scene and a long run of it"),
-        "physics": "A scene whose exact illuminance nobody knows, judged by a long run of the same program.",
+        "physics": "A scene whose exact illuminance is unknown, compared with a long run of the same program.",
         "groups": [],
         "scene_file": scene,
         "runs": [{ "name": "as stored", "chains": 1, "seed": summary["seed"].as_u64().unwrap_or(0) + 1 }],

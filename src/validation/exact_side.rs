@@ -80,7 +80,13 @@ impl<'a> ExactSide<'a> {
 
 fn refused(case: &Case, run: &CaseRun, comparison: &Comparison, got: String) -> CaseError {
     let what = format!("the comparison \"{}\" of the run \"{}\" cannot be made", comparison.name, run.name);
-    CaseError::new(&case.folder.join(CASE_FILE), what, got, "what truth and map can tell", "correct the case")
+    CaseError::new(
+        &case.folder.join(CASE_FILE),
+        what,
+        got,
+        "values that both the truth and the map have",
+        "correct the case",
+    )
 }
 
 fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: String) -> Result<ComparedEntry, String> {

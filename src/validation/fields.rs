@@ -36,7 +36,7 @@ impl<'de> Deserialize<'de> for Fraction {
             _ => None,
         };
         read.filter(|fraction| *fraction > 0.0 && *fraction < 1.0).map(Fraction).ok_or_else(|| {
-            D::Error::custom(format!("{value} is no fraction between 0 and 1, such as 0.003 or \"0.3%\""))
+            D::Error::custom(format!("{value} is not a fraction between 0 and 1, such as 0.003 or \"0.3%\""))
         })
     }
 }

@@ -97,7 +97,7 @@ fn cases_folder(named: Option<&Path>) -> Result<PathBuf, CaseError> {
         if folder.is_dir() {
             return Ok(folder.to_path_buf());
         }
-        let expected = "a folder whose folders are cases";
+        let expected = "a folder that contains case folders";
         return Err(CaseError::new(folder, "the cases' folder is missing", "no folder", expected, "correct --cases"));
     }
     let executable = std::env::current_exe().unwrap_or_default();
@@ -109,7 +109,7 @@ fn cases_folder(named: Option<&Path>) -> Result<PathBuf, CaseError> {
             CaseError::new(
                 Path::new(CASES_FOLDER),
                 "the validation cases are not found",
-                "no folder with cases here, nor beside or above the program",
+                "no folder with cases in this directory, or beside or above the program",
                 "./validation",
                 "go to luxmc's folder, or name the cases' folder with --cases",
             )

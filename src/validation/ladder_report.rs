@@ -23,7 +23,7 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
 ];
 
-const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that is off by rounding alone is exact, and its times are those of its cheapest run.";
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map, divided by the map's mean. With independent samples, half the error costs four times as much: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * are extrapolated beyond the measured range. Where the truth is a long run, its own error is subtracted in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that differs only by rounding is exact, and its times are those of its cheapest run.";
 
 /// Groups the ladders by map; each group has its own pictures.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
@@ -138,7 +138,7 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
         (low.min(100.0 * rung.true_error), high.max(100.0 * rung.true_error))
     });
     if most <= 0.0 {
-        return "<p>There is nothing to plot: every value is exact, or took none of this.</p>".to_owned();
+        return "<p>There is nothing to plot: every value is exact or has no cost of this kind.</p>".to_owned();
     }
     let signs: Vec<(Sign, String)> = ladders
         .iter()

@@ -35,21 +35,21 @@ pub enum Climb {
 pub const METHODS: &[ComparedMethod] = &[
     ComparedMethod {
         name: "auto",
-        description: "what a short pilot finds the quickest, map by map; leaves it where a look in the run says otherwise",
+        description: "for each map the method that a short pilot finds fastest; changes it if a check during the run finds another one faster",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Auto, scene, settings, observer)),
     },
     ComparedMethod {
         name: "collision",
-        description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formula",
+        description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formulas",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
     },
     ComparedMethod {
         name: "gather",
-        description: "gathering rays from elements and receivers that look up what chains left, with pooled checks; direct light computed",
+        description: "gathering rays from elements and receivers look up the light that chains stored in cells, with pooled checks; direct light computed",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Gather, scene, settings, observer)),
@@ -63,7 +63,7 @@ pub const METHODS: &[ComparedMethod] = &[
     },
     ComparedMethod {
         name: "local-naive",
-        description: "the same with the plain kernel, which has no finite variance in corners",
+        description: "local estimation with the plain kernel, whose variance is infinite in corners",
         applies: |scene, settings| receivers_alone(scene, settings),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::LocalNaive, scene, settings, observer)),
@@ -79,7 +79,7 @@ pub const METHODS: &[ComparedMethod] = &[
     },
     ComparedMethod {
         name: "light-mesh",
-        description: "visibility of the luminaires averaged over the points of a regular mesh near each place, indirect light gathered at them",
+        description: "visibility of the luminaires averaged over the points of a regular mesh near each point, indirect light gathered at the mesh points",
         applies: |scene, settings| check_light_mesh(scene, settings).map_err(|error| error.to_string()),
         climbs: Climb::Targets,
         solve: |scene, settings, observer| {
@@ -88,28 +88,28 @@ pub const METHODS: &[ComparedMethod] = &[
     },
     ComparedMethod {
         name: "points-1",
-        description: "a shadow ray to every luminaire, areas taken for one point: exact for points",
+        description: "one shadow ray to each luminaire, area luminaires replaced by one point: exact for point luminaires",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 1, observer),
     },
     ComparedMethod {
         name: "points-5",
-        description: "areas taken for 5 points each, a shadow ray to each",
+        description: "each area luminaire replaced by 5 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 5, observer),
     },
     ComparedMethod {
         name: "points-25",
-        description: "areas taken for 25 points each, a shadow ray to each",
+        description: "each area luminaire replaced by 25 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 25, observer),
     },
     ComparedMethod {
         name: "points-225",
-        description: "areas taken for 225 points each, a shadow ray to each",
+        description: "each area luminaire replaced by 225 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 225, observer),

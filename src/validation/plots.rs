@@ -79,7 +79,7 @@ impl ForecastChart {
             .light_line_style(TRANSPARENT)
             .bold_line_style(FAINT)
             .x_desc(self.x_desc)
-            .y_desc("forecast over what came true")
+            .y_desc("forecast over actual value")
             .label_style(TEXT)
             .x_label_formatter(&|value| tick(*value))
             .y_label_formatter(&|value| tick(*value))
@@ -100,7 +100,7 @@ pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
     if !shows_entries(outcome) {
         return svg(350, |area| {
             let (top, plot) = area.split_vertically(LEGEND_HEIGHT);
-            let expected = "expected of honest error bars (Student's t)".to_owned();
+            let expected = "expected for correct error bars (Student's t)".to_owned();
             let bars = Sign::Bar(MEASURED.mix(0.55));
             legend(&top, &[(bars, "luxmc".to_owned()), (Sign::Line(EXACT), expected)])?;
             histogram(&plot, outcome)

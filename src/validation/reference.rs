@@ -21,7 +21,7 @@ impl ReferenceTable {
     /// Reads a table. With `set` only the rows with this text in the column `set` are kept.
     pub fn read(path: &Path, set: Option<&str>) -> Result<ReferenceTable, CaseError> {
         let refuse = |error: csv::Error| {
-            let remedy = "correct the file, or make it anew with the program beside it";
+            let remedy = "correct the file, or write it again with the program beside it";
             CaseError::new(path, "the reference cannot be read", error.to_string(), "a CSV file with a header", remedy)
         };
         let mut reader =
@@ -40,7 +40,7 @@ impl ReferenceTable {
         }
         if rows.is_empty() {
             let expected = "at least one row";
-            return Err(CaseError::new(path, "the reference is empty", "no row", expected, "make the file anew"));
+            return Err(CaseError::new(path, "the reference is empty", "no row", expected, "write the file again"));
         }
         Ok(ReferenceTable { path: path.to_path_buf(), header, rows })
     }
@@ -54,7 +54,9 @@ impl ReferenceTable {
             return Ok(None);
         }
         let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
-        number.map(Some).ok_or_else(|| format!("{}: \"{cell}\" in column {column} is no number", self.path.display()))
+        number
+            .map(Some)
+            .ok_or_else(|| format!("{}: \"{cell}\" in column {column} is not a number", self.path.display()))
     }
 
     fn column(&self, name: &str) -> Option<usize> {

@@ -58,10 +58,10 @@ impl Validation {
 
 /// Instructions to read the report, for readers who do not know luxmc.
 pub const HOW_TO_READ: [&str; 4] = [
-    "Each case is a room whose illuminance is known exactly, from a formula or from a separate program. luxmc computes it like any other room, by tracing light at random, and states a standard error σ for every number. The report puts both beside the exact value.",
-    "Deviation is measured less exact, in per cent of the exact value. RMS deviation of a map or a set of points is in per cent of its mean. A deviation in σ is in units of the standard error that luxmc itself stated: honest error bars hold about two thirds of the deviations within 1 σ and 94 % within 2 σ (Student's t with 15 degrees of freedom).",
-    "Bias is the mean deviation with its sign and standard error: chance averages out in it, a systematic error does not.",
-    "Every deviation is split into its known sources. Random is what chance explains by the stated standard errors and shrinks with more rays. Discretisation is how far a mesh of flat triangles stands off the ideal shape, or an element's mean off the point at its centre. Model is what a finite scene lacks of an infinite one.",
+    "Each case is a room whose illuminance is known exactly, from a formula or from a separate program. luxmc computes it like any other room, by random light paths, and states a standard error σ for every number. The report shows both beside the exact value.",
+    "Deviation is the computed value minus the exact one, in per cent of the exact value. RMS deviation of a map or a set of points is in per cent of its mean. A deviation in σ is in units of the standard error that luxmc itself stated: if the error bars are right, about two thirds of the deviations lie within 1 σ and 94 % within 2 σ (Student's t with 15 degrees of freedom).",
+    "Bias is the mean deviation with its sign and standard error: random errors average out in it, a systematic error does not.",
+    "Every deviation is split into its known sources. Random is the part that chance explains by the stated standard errors; it decreases with more rays. Discretisation is the difference between a mesh of flat triangles and the ideal shape, or between an element's mean and the value at its centre. Model is the difference between a finite scene and an infinite one.",
 ];
 
 /// A table: header, which columns are text, rows.

@@ -90,14 +90,14 @@ fn section(page: &mut String, case: &CaseOutcome) {
 /// Caption that explains a plot.
 fn caption(comparison: &ComparisonOutcome) -> String {
     if !shows_entries(comparison) {
-        return "Bars: how many elements deviate by so many standard errors. Line: what chance alone would give if the error bars are right.".to_owned();
+        return "Bars: number of elements by their deviation in standard errors. Line: the distribution by chance alone if the error bars are right.".to_owned();
     }
     let band = if comparison.comparison.criterion.worst.is_some() {
-        "; the green band is what the criterion allows"
+        "; the green band shows what the criterion allows"
     } else {
         ""
     };
-    format!("Above: measured and exact values. Below: deviation in per cent, with two standard errors{band}.")
+    format!("Above: computed and exact values. Below: deviation in per cent, with two standard errors{band}.")
 }
 
 fn capital(text: &str) -> String {

@@ -15,7 +15,7 @@ use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requ
 pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
     check_light_mesh(scene, settings).map_err(|error| error.to_string())?;
     if Stage::new(scene).reflects() {
-        return Err("shadow rays compute direct light alone, and surfaces of this scene reflect".to_owned());
+        return Err("shadow rays compute direct light only, and surfaces of this scene reflect".to_owned());
     }
     Ok(())
 }

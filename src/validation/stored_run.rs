@@ -52,7 +52,7 @@ impl StoredRun {
         let text = read_text(&path, "the stored run cannot be read")?;
         let summary: Value = serde_json::from_str(&text).map_err(|error| {
             let remedy = "compute the run again: luxmc solve SCENE --out DIR";
-            CaseError::new(&path, "the stored run's summary is no JSON", error.to_string(), "a summary", remedy)
+            CaseError::new(&path, "the stored run's summary is not valid JSON", error.to_string(), "a summary", remedy)
         })?;
         check_scene(&path, &summary, scene)?;
         let rows = if map == ELEMENT_MAP {
@@ -61,7 +61,7 @@ impl StoredRun {
             read_rows(&folder.join("receivers.csv"), "receiver", Some(map))?
         };
         if rows.is_empty() {
-            let remedy = "compute it with --maps, or leave out what is compared there";
+            let remedy = "compute it with --maps, or leave out the comparison of this map";
             return Err(CaseError::new(&path, "the stored run has no such map", map, "a map that it computed", remedy));
         }
         let table = CsvTable::read(&folder.join("tables.csv"))?;
@@ -91,7 +91,7 @@ impl StoredRun {
         if (seed..seed.saturating_add(SEEDS_OF_A_LADDER)).contains(&own) {
             return Err(CaseError::new(
                 &self.folder.join("summary.json"),
-                "the truth shares its random numbers with the runs that it judges",
+                "the stored run shares its random numbers with the runs that are compared with it",
                 format!("seed {own}, and runs with seeds from {seed} on"),
                 format!("a run whose seed is above {own}, or at least {SEEDS_OF_A_LADDER} below it"),
                 "give the runs another \"seed\"",
@@ -133,7 +133,7 @@ impl StoredRun {
     /// Describes the run for a reader.
     pub fn in_words(&self) -> String {
         format!(
-            "a stored run of luxmc itself (method {}, seed {}, stated error {}), whose standard errors count beside those judged",
+            "a stored run of luxmc itself (method {}, seed {}, stated error {}); its standard errors are added to those of the compared run",
             self.summary["method"].as_str().unwrap_or("unknown"),
             self.summary["seed"],
             percent(self.summary["estimated_error"].as_f64().unwrap_or(f64::NAN))
@@ -153,7 +153,7 @@ impl StoredRun {
 
     fn average(&self, name: &str, light: LightPart) -> Result<Exact, String> {
         if light != LightPart::Total {
-            return Err("a stored run tells averages of the total alone".to_owned());
+            return Err("a stored run has averages of the total only".to_owned());
         }
         let row = self.tables.iter().find(|(known, ..)| known == name);
         let (.., value_lx, error_lx) = row.ok_or_else(|| format!("its table has no row \"{name}\""))?;
@@ -174,7 +174,7 @@ fn check_scene(path: &Path, summary: &Value, scene: &Scene) -> Result<(), CaseEr
         if !is_same {
             return Err(CaseError::new(
                 path,
-                "the stored run is of another scene",
+                "the stored run computed another scene",
                 format!("{key} {theirs}"),
                 format!("{ours}, as the scene has"),
                 "compute the run again: luxmc solve SCENE --out DIR",

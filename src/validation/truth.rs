@@ -126,7 +126,7 @@ impl<'a> Truth<'a> {
             TruthSpec::Isothermal { luminance_cd_m2 } => match light {
                 LightPart::Total if self.is_luminance() => Ok(Exact { value_lx: *luminance_cd_m2, ..Exact::default() }),
                 LightPart::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
-                _ => Err("the isothermal rule tells the total alone".to_owned()),
+                _ => Err("the isothermal rule gives only the total".to_owned()),
             },
             TruthSpec::BoxRoom(truth) => room_truth(truth, self.rooms, site, light),
             TruthSpec::Reference { column, uncertainty, .. } => {
@@ -148,7 +148,7 @@ impl<'a> Truth<'a> {
     pub fn beside(&self, column: &str, site: &TruthSite) -> Result<Option<f64>, String> {
         match &self.reference {
             Some(reference) => reference.number(column, site),
-            None => Err("numbers to show beside come from the reference, and the truth is a function".to_owned()),
+            None => Err("published numbers come from a reference file, but this truth is a formula".to_owned()),
         }
     }
 
@@ -167,7 +167,7 @@ impl<'a> Truth<'a> {
             TruthSpec::BoxRoom(_) => {
                 "radiosity of a rectangular room with exact form factors between its patches, extrapolated over three meshes".into()
             }
-            TruthSpec::Reference { file, .. } => format!("{file}, made by the program beside it"),
+            TruthSpec::Reference { file, .. } => format!("{file}, written by the program beside it"),
             TruthSpec::Run { .. } => self.run.as_ref().map_or_else(String::new, StoredRun::in_words),
         }
     }

@@ -47,7 +47,7 @@ pub(super) fn two_hemispheres(
     light: LightPart,
 ) -> Result<Exact, String> {
     if light != LightPart::Indirect {
-        return Err("the two hemispheres' closed form is of the indirect part".to_owned());
+        return Err("the closed form of the two hemispheres gives only the indirect part".to_owned());
     }
     let to_lower = 0.5 * (1.0 - source_height_m / source_height_m.hypot(radius_m));
     let [upper_area, lower_area] = ["upper", "lower"].map(|name| mesh_area_m2(scene, Some(name)));
@@ -78,10 +78,10 @@ pub(super) fn concentric(
 ) -> Result<Exact, String> {
     let surface = match site {
         TruthSite::Average { surface: Some(surface) } | TruthSite::Element { surface, .. } => *surface,
-        _ => return Err("concentric spheres are compared on the surfaces \"inner\" and \"outer\"".to_owned()),
+        _ => return Err("concentric spheres can be compared only on the surfaces \"inner\" and \"outer\"".to_owned()),
     };
     if light != LightPart::Total {
-        return Err("the concentric spheres' closed form is of the total".to_owned());
+        return Err("the closed form of the concentric spheres gives only the total".to_owned());
     }
     let of_radii = |[inner_m, outer_m]: [f64; 2]| {
         let spheres = concentric_spheres(inner_m, outer_m, luminous_flux_lm, inner, outer);

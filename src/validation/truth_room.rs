@@ -79,7 +79,7 @@ pub(super) fn room_truth(
 fn face_named(surface: &str) -> Result<RoomFace, String> {
     let part = surface.rsplit('/').next().unwrap_or("");
     let index = FACE_NAMES.iter().position(|name| *name == part);
-    index.map(|index| RoomFace::ALL[index]).ok_or_else(|| format!("\"{surface}\" is no face of a room"))
+    index.map(|index| RoomFace::ALL[index]).ok_or_else(|| format!("\"{surface}\" is not a face of a room"))
 }
 
 fn on_face(

@@ -37,7 +37,7 @@ impl SobolevTruth {
     /// Source of the numbers, in words for a reader.
     pub fn in_words(&self) -> String {
         format!(
-            "Sobolev's exact solution for infinite planes (relative error below 1e-12); the model's planes reach {} distances in every direction",
+            "Sobolev's exact solution for infinite planes (relative error below 1e-12); the model's planes extend to {} times their distance in every direction",
             self.half_width_m / self.distance_m
         )
     }
@@ -45,7 +45,7 @@ impl SobolevTruth {
 
 pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
     let TruthSite::Point { position_m, .. } = site else {
-        return Err("Sobolev's solution is compared at points".to_owned());
+        return Err("Sobolev's solution can be compared only at points".to_owned());
     };
     let (plane, other) = match truth.plane {
         1 => (SobolevPlane::One, SobolevPlane::Two),
@@ -86,10 +86,10 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
 /// any angle.
 pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
     let TruthSite::Point { position_m, normal, index } = *site else {
-        return Err("luminances are compared at points".to_owned());
+        return Err("luminances can be compared only at points".to_owned());
     };
     if light != LightPart::Total {
-        return Err("the luminance of Sobolev's planes is known in total alone".to_owned());
+        return Err("the luminance of Sobolev's planes is known only for the total".to_owned());
     }
     let (height_m, rho) = if truth.plane == 1 { (0.0, truth.rho1) } else { (truth.distance_m, truth.rho2) };
     let reach_m = (height_m - position_m.z) / normal.z;

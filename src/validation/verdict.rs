@@ -79,7 +79,7 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
 fn is_within_what_is_stated(statistics: &Statistics) -> Check {
     let stated = statistics.random;
     Check {
-        condition: format!("the true error is at most {ROOM_FOR_THE_STATED} times what the error bars say"),
+        condition: format!("the true error is at most {ROOM_FOR_THE_STATED} times the stated one"),
         found: format!("{} against {}", percent(statistics.rms), percent(stated)),
         holds: statistics.rms <= ROOM_FOR_THE_STATED * stated + statistics.known_shift() + EXACT_AGREEMENT,
     }
@@ -91,7 +91,7 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
         let most = largest_expected_z(ALPHA, statistics.noisy, set.degrees_of_freedom);
         checks.push(Check {
             condition: format!(
-                "no deviation is beyond {}, which chance passes once in {:.0} such comparisons",
+                "no deviation exceeds {}, which happens by chance once in {:.0} such comparisons",
                 sigmas(most),
                 1.0 / ALPHA
             ),
@@ -111,7 +111,7 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
     }
     if let Some(deviation) = set.worst_exact_deviation() {
         checks.push(Check {
-            condition: format!("values without chance agree to {EXACT_AGREEMENT:.0e}"),
+            condition: format!("values without random error agree to {EXACT_AGREEMENT:.0e}"),
             found: if deviation == 0.0 { "they do".to_owned() } else { format!("worst {deviation:.1e}") },
             holds: deviation <= EXACT_AGREEMENT,
         });

@@ -132,7 +132,7 @@ pub fn solve_year<E: From<NotForYear>>(
     };
     if planes.is_empty() {
         return Err(E::from(NotForYear {
-            what: "the scene has no receivers whose year could be told",
+            what: "the scene has no receivers for which a year can be computed",
             got: format!("{} receiver sets of other quantities", others.len()),
             expected: "a receiver set of illuminance on planes",
             remedy: "add a grid",
@@ -174,7 +174,7 @@ fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "light of the sun that comes by way of mirrors is left out of the year ({}): hours in which they throw it are too dark",
+        "sunlight reflected by mirrors is left out of the year ({}): hours with these reflections are too dark",
         joined(&mirrors)
     )]
 }

@@ -26,7 +26,7 @@ fn cells_give_way_where_they_would_take_more_than_their_share() {
         (gathers, reasons, tables)
     };
     let (gathers, reasons, one) = solved("one", "64MB", "1");
-    assert!(!gathers && reasons.contains("took all of their 7 MB of memory"), "{reasons}");
+    assert!(!gathers && reasons.contains("used up their 7 MB of memory"), "{reasons}");
     assert!(solved("two", "64MB", "2").2 == one, "tables differ with the number of threads");
     assert!(solved("wide", "4GB", "2").0);
 }
@@ -51,7 +51,7 @@ fn memory_that_is_used_up_ends_the_run_in_words() {
     let out = home.path().join("out");
     let output = solve_file(&scene, &out, &["--memory-limit", "64MB", "--chains", "1"]);
     assert_eq!(code(&output), 4, "{}", errors(&output));
-    assert!(errors(&output).contains("the memory is used up") && !out.exists(), "{}", errors(&output));
+    assert!(errors(&output).contains("out of memory") && !out.exists(), "{}", errors(&output));
     let output = solve_file(&scene, &out, &["--memory-limit", "1 horse"]);
     assert!(code(&output) == 2 && errors(&output).contains("no unit of memory"), "{}", errors(&output));
 }
@@ -121,8 +121,8 @@ fn reading_that_goes_on_long_after_the_limit_ends_in_words() {
     let told = errors(&output);
     assert_eq!(code(&output), 2, "{told}");
     let (before, ends) =
-        (told.find("ends the run while it reads"), told.find("the time limit ends the run before its scene was read"));
-    assert!(before.is_some() && before < ends && told.contains("reading had come to"), "{told}");
+        (told.find("ends the run during reading"), told.find("the time limit ends the run before its scene was read"));
+    assert!(before.is_some() && before < ends && told.contains("reading had reached"), "{told}");
     assert!(told.contains("raise --time-limit") && !out.exists(), "{told}");
 
     let (home, scene) = scene_in_a_folder(&text(2));
@@ -226,7 +226,7 @@ fn radiosity_without_time_for_its_coarsest_meshes_is_refused() {
     let out = home.path().join("out");
     let output = solve_file(&scene, &out, &["--method", "radiosity", "--time-limit", "20ms", "--plots", "none"]);
     assert_eq!(code(&output), 2, "{}", errors(&output));
-    assert!(errors(&output).contains("grant more time"), "{}", errors(&output));
+    assert!(errors(&output).contains("allow more time"), "{}", errors(&output));
     assert!(!out.exists());
 }
 

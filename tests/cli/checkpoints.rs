@@ -117,8 +117,8 @@ fn a_run_that_its_user_interrupts_goes_on_to_the_same_bytes() {
     assert_eq!(code(&output), 130, "{}", errors(&output));
     assert_eq!(summary(&home.path("killed"))["stop_reason"], "interrupted");
     let (exit, told) = home.resume("run.ckpt", &[]);
-    assert!(exit == 0 && told.contains("going on from") && told.contains("ended by interrupted"), "{exit} {told}");
-    assert!(told.contains("--target-error … goes on to a smaller error"), "{told}");
+    assert!(exit == 0 && told.contains("resuming from") && told.contains("ended by interrupted"), "{exit} {told}");
+    assert!(told.contains("--target-error … continues to a smaller error"), "{told}");
     assert!(home.told("killed") == home.told("whole"), "{:#?}", differences(&home));
 }
 
@@ -130,7 +130,7 @@ fn a_limit_ends_a_part_of_a_run_and_a_smaller_error_goes_on() {
     let file = home.path("run.ckpt");
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &file));
     let (exit, told) = home.resume("run.ckpt", &["--time-limit", "1ms"]);
-    assert!(exit == 3 && told.contains("resume") && told.contains("goes on from there"), "{exit} {told}");
+    assert!(exit == 3 && told.contains("resume") && told.contains("continues from there"), "{exit} {told}");
     assert_eq!(home.resume("run.ckpt", &["--quiet"]).0, 0);
     assert!(home.told("killed") == home.told("whole"), "{:#?}", differences(&home));
     // Once more, with no work left to do.
@@ -187,13 +187,13 @@ fn damaged_foreign_and_changed_checkpoints_are_refused() {
         let header = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(1).expect("two lines").0;
         let place = header + 1 + ((bytes.len() - header - 2) as f64 * place) as usize;
         flipped[place] ^= 4;
-        refused("bit", &flipped, &["a state whose digest", "remedy"]);
+        refused("bit", &flipped, &["a state that does not match", "remedy"]);
     }
-    refused("cut", &bytes[..bytes.len() - 1], &["a state whose digest"]);
-    refused("longer", &[&bytes[..], b"x"].concat(), &["a state whose digest"]);
-    refused("header", &bytes[..150], &["cut off in its header"]);
-    refused("empty", b"", &["cut off in its header"]);
-    refused("scene", &std::fs::read(&room).expect("there"), &["begins otherwise"]);
+    refused("cut", &bytes[..bytes.len() - 1], &["a state that does not match"]);
+    refused("longer", &[&bytes[..], b"x"].concat(), &["a state that does not match"]);
+    refused("header", &bytes[..150], &["ends within its header"]);
+    refused("empty", b"", &["ends within its header"]);
+    refused("scene", &std::fs::read(&room).expect("there"), &["another beginning"]);
     refused("version", &[b"luxmc checkpoint 2", &bytes[18..]].concat(), &["another version of the format"]);
     let (exit, told) = home.resume("absent", &[]);
     assert!(exit == 2 && told.contains("cannot be read"), "{told}");
@@ -249,11 +249,11 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
     refused(&["--checkpoint", text(&home.path("absent/run.ckpt"))], &["cannot be written", "directory"]);
     refused(&["--checkpoint", text(&home.path(""))], &["is a directory"]);
     std::fs::write(home.path("notes.txt"), "mine").expect("written");
-    refused(&["--checkpoint", text(&home.path("notes.txt"))], &["no checkpoint bears that name"]);
+    refused(&["--checkpoint", text(&home.path("notes.txt"))], &["exists and is not a checkpoint"]);
     // A run that is not done is not overwritten by mistake. A run that is done is overwritten.
     let options = ["--method", "collision", "--target-error", "0.3%"];
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &file));
-    refused(&["--checkpoint", text(&file), "--chains", "1000"], &["not done", "luxmc resume"]);
+    refused(&["--checkpoint", text(&file), "--chains", "1000"], &["unfinished run", "luxmc resume"]);
     let done = home.path("done.ckpt");
     for _ in 0..2 {
         let output =

@@ -50,12 +50,9 @@ fn a_radiance_room_becomes_a_scene_that_is_solved() {
     let (home, output) = convert("room.rad", ROOM);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let told = results(&output);
-    for (material, words) in [
-        ("plaster", "reflectance 0.7"),
-        ("lacquer", "phong"),
-        ("pane", "glass"),
-        ("wallpaper", "pattern is passed over"),
-    ] {
+    for (material, words) in
+        [("plaster", "reflectance 0.7"), ("lacquer", "phong"), ("pane", "glass"), ("wallpaper", "pattern is skipped")]
+    {
         let row = told.lines().find(|line| line.starts_with(material)).unwrap_or_else(|| panic!("{material}: {told}"));
         assert!(row.contains(words), "{row}");
     }
@@ -182,7 +179,7 @@ fn radiance_materials_of_other_kinds_are_reported_as_not_known() {
     for material in ["clear", "pane"] {
         let told = results(&output);
         let row = told.lines().find(|line| line.starts_with(material)).unwrap_or_else(|| panic!("{material}: {told}"));
-        assert!(row.contains("not known: materials of type BSDF are not read"), "{row}");
+        assert!(row.contains("not known: materials of type BSDF are not supported"), "{row}");
     }
     assert!(errors(&output).contains("1 of type BSDF"), "{}", errors(&output));
     let scene: Value = serde_json::from_str(&read(&home.path().join("scene.json"))).expect("JSON");
@@ -194,11 +191,11 @@ fn hostile_models_are_refused_and_nothing_is_written() {
     let polygon = "void plastic a 0 0 5 .5 .5 .5 0 0\na polygon p 0 0 9 0 0 0 1 0 0 0 1 0\n";
     assert_eq!(code(&convert("sound.rad", polygon).1), 0);
     for (old, new, says) in [
-        ("a polygon", "b polygon", "no material"),
+        ("a polygon", "b polygon", "no supported material"),
         ("9 0 0 0", "8 0 0 0", "the file ends"),
-        ("9 0 0 0 1 0 0 0 1 0", "8 0 0 0 1 0 0 0 1", "wrong count"),
-        ("9 0 0 0", "9 0 0 inf", "no finite number"),
-        ("9 0 0 0", "900000000000 0 0 0", "no count"),
+        ("9 0 0 0 1 0 0 0 1 0", "8 0 0 0 1 0 0 0 1", "wrong number"),
+        ("9 0 0 0", "9 0 0 inf", "not a finite number"),
+        ("9 0 0 0", "900000000000 0 0 0", "not a count"),
         ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "sphere p 0 0 4 0 0 0 -1", "radius"),
         ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "cylinder p 0 0 7 0 0 0 0 0 0 1", "no axis"),
         ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "cylinder p 0 0 7 0 0 0 0 0 1e308 1e308", "no axis"),
@@ -222,7 +219,7 @@ fn hostile_models_are_refused_and_nothing_is_written() {
     }
     let circle = format!("b colorfunc c 0 0 0\nc colorfunc b 0 0 0\n{}", polygon.replace("a polygon", "b polygon"));
     let (_, output) = convert("room.rad", &circle);
-    assert!(code(&output) == 2 && errors(&output).contains("no material"), "{}", errors(&output));
+    assert!(code(&output) == 2 && errors(&output).contains("no supported material"), "{}", errors(&output));
     let (_, output) = convert("room.rad", "void light l 0 0 3 1 1");
     assert!(code(&output) == 2 && errors(&output).contains("the file ends"), "{}", errors(&output));
 }
@@ -273,7 +270,7 @@ fn several_files_of_radiance_are_one_scene_and_sensors_its_receivers() {
     let mesh = write("box.obj", BOX);
     for models in [vec![mesh.as_str(), wall.as_str()], vec![grid.as_str()]] {
         let output = run(&[&["convert", "--out", "never.json"][..], &models].concat());
-        assert!(code(&output) == 2 && errors(&output).contains("not one scene"), "{}", errors(&output));
+        assert!(code(&output) == 2 && errors(&output).contains("do not form one scene"), "{}", errors(&output));
     }
 }
 

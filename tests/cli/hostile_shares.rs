@@ -160,7 +160,7 @@ fn sums_that_are_no_numbers_and_files_that_are_none_are_refused() {
         let mut changed = sums.clone();
         changed[80..88].copy_from_slice(&value.to_le_bytes());
         let (exit, told) = shares.merge(&sealed(header.clone(), &changed), "sums");
-        assert!(exit == 2 && told.contains("sums that are no numbers"), "{value}: {exit} {told}");
+        assert!(exit == 2 && told.contains("sums that are not numbers"), "{value}: {exit} {told}");
     }
     // A value just within the limit may give a result, but no infinite one.
     let mut changed = sums.clone();

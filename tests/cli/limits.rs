@@ -182,7 +182,7 @@ fn checks_of_meshes_that_are_left_out_are_reported() {
     let some = warnings("some", &["--skip-check", "faults,overlaps"]);
     assert!(some.contains("--skip-check left out faults, overlaps") && !some.contains("insides"), "{some}");
     let more = warnings("more", &["--skip-check", "advice", "--skip-check", "insides"]);
-    assert!(more.contains("left out advice, insides; points inside of solids count"), "{more}");
+    assert!(more.contains("left out advice, insides; tables and errors include points"), "{more}");
     let read = |name: &str| std::fs::read(home.path().join(name).join("receivers.csv")).expect("written");
     assert!(read("all") == read("some"));
     let output = run(&["inspect", text(&cli_support::scene("room.json")), "--skip-check", "everything"]);

@@ -77,7 +77,7 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
         assert!(!home.path("none").exists(), "{words:?}: something was written");
     };
     refused(&[&one], &["share 2 of 2 is missing", "--share 2/2"]);
-    refused(&[&one, &two, &two], &["share 2 comes twice"]);
+    refused(&[&one, &two, &two], &["share 2 is given twice"]);
     refused(&[&one, &home.share("seed", "2/2", &["--seed", "1"])], &["different seeds"]);
     refused(&[&one, &home.share("method", "2/2", &["--method", "collision"])], &["different methods", "collision"]);
     refused(&[&one, &home.share("maps", "2/2", &["--maps", "probes"])], &["different maps"]);
@@ -97,7 +97,7 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
     let (exit, told) = home.merge(&[&one, &two], "none", &["--scene", text(&other)]);
     assert!(exit == 2 && told.contains("not the one that the shares computed"), "{told}");
     let (exit, told) = home.merge(&[&one, &two], "2", &[]);
-    assert!(exit == 2 && told.contains("take the place of a share") && two.join("share.luxmc").exists(), "{told}");
+    assert!(exit == 2 && told.contains("overwrite a share") && two.join("share.luxmc").exists(), "{told}");
 }
 
 /// Changes the bytes of a share's file in a separate directory.
@@ -122,15 +122,15 @@ fn damaged_files_and_a_share_under_another_number_are_refused() {
         *bytes.last_mut().expect("not empty") ^= 1;
         bytes
     };
-    refused(&changed(&home, &two, "bit", last), "sums whose digest");
+    refused(&changed(&home, &two, "bit", last), "sums that do not match");
     refused(&changed(&home, &two, "cut", |bytes| bytes[..bytes.len() - 8].to_vec()), "bytes, where its header");
-    refused(&changed(&home, &two, "header", |bytes| bytes[..200].to_vec()), "cut off in its header");
+    refused(&changed(&home, &two, "header", |bytes| bytes[..200].to_vec()), "ends within its header");
     let forged = |mut bytes: Vec<u8>| {
         let at = bytes.windows(8).position(|part| part == b"\"seed\":0").expect("a seed");
         bytes[at + 7] = b'1';
         bytes
     };
-    refused(&changed(&home, &two, "digit", forged), "a header whose digest");
+    refused(&changed(&home, &two, "digit", forged), "a header that does not match");
     refused(&changed(&home, &two, "foreign", |_| b"luxmc share 2 0\n{}\n".to_vec()), "another version of the format");
 
     // The first share under the number of the second, with a valid digest. Its sums reveal it.
@@ -141,7 +141,7 @@ fn damaged_files_and_a_share_under_another_number_are_refused() {
         [format!("luxmc share 1 {digest}\n{header}\n").as_bytes(), lines[2]].concat()
     };
     let twin = changed(&home, &one, "twin", renumbered);
-    refused(&twin, "one and the same");
+    refused(&twin, "are the same");
     assert_eq!(home.merge(&[&one, &two], "both", &[]).0, 0);
 }
 
@@ -157,7 +157,7 @@ fn options_that_make_no_share_are_refused() {
     refused(&["--share", "1/2"], "--chains N or --time-limit");
     refused(&["--share", "1/2", "--target-error", "1%"], "--chains N or --time-limit");
     refused(&["--share", "1/2", "--chains", "2000", "--maps", "elements"], "--elements given");
-    refused(&["--share", "1/2", "--time-limit", "1s", "--method", "light-mesh"], "no matter of chance");
+    refused(&["--share", "1/2", "--time-limit", "1s", "--method", "light-mesh"], "is not random");
     for wrong in ["0/2", "3/2", "1", "a/2", "1/2/3"] {
         refused(&["--share", wrong, "--chains", "2000"], "3/8");
     }
@@ -236,11 +236,11 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
         assert!(!home.path("none").exists(), "{words:?}: something was written");
     };
     refused(&[one, three], &["part 2 of 3 of the receivers is missing", "--receivers-part 2/3"]);
-    refused(&[one, two, three, three], &["part 3 of the receivers comes twice"]);
-    refused(&[one, two, &part("of-two", "2/2", &[])], &["share out receivers differently", "3 parts"]);
+    refused(&[one, two, three, three], &["part 3 of the receivers is given twice"]);
+    refused(&[one, two, &part("of-two", "2/2", &[])], &["divide the receivers differently", "3 parts"]);
     refused(&[one, two, &part("seed", "3/3", &["--seed", "1"])], &["different seeds"]);
     refused(&[one, &part("maps", "2/3", &["--maps", "work plane"]), three], &["different maps"]);
-    refused(&[one, two, &home.share("share", "1/1", &[])], &["share out receivers differently"]);
+    refused(&[one, two, &home.share("share", "1/1", &[])], &["divide the receivers differently"]);
     let other = home.path("other.json");
     std::fs::write(home.path("probes.csv"), std::fs::read(scene("probes.csv")).expect("there")).expect("written");
     let room = std::fs::read_to_string(scene("room.json")).expect("there");
@@ -265,10 +265,10 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
         assert!(errors(&output).contains(word), "{options:?}: {}", errors(&output));
         assert!(!home.path("none").exists());
     };
-    refused(&["--receivers-part", "1/3", "--maps", "elements"], "elements are not shared out");
+    refused(&["--receivers-part", "1/3", "--maps", "elements"], "elements cannot be divided");
     refused(&["--receivers-part", "99999/99999"], "has no receivers");
     refused(&["--receivers-part", "4/3"], "no such part");
-    refused(&["--receivers-part", "1/3", "--method", "light-mesh"], "no matter of chance");
+    refused(&["--receivers-part", "1/3", "--method", "light-mesh"], "is not random");
     refused(&["--receivers-part", "1/3", "--share", "1/2"], "--chains N or --time-limit");
 }
 

@@ -261,7 +261,7 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     let fine = solved(0.001);
     assert_eq!((fine.stop_reason, fine.maps[0].method.as_str()), (StopReason::Exact, "shadow-rays"));
     assert_eq!(fine.maps[0].values.illuminance_lx, exact);
-    assert!(fine.notes.iter().any(|line| line.contains("completed direct light")), "{:?}", fine.notes);
+    assert!(fine.notes.iter().any(|line| line.contains("computed direct light")), "{:?}", fine.notes);
 }
 
 /// Elements and receivers of a reflecting room compared with the map by chains.

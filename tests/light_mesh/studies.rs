@@ -123,7 +123,7 @@ fn compare_runs_a_study_by_its_name_and_lists_them() {
     assert!(String::from_utf8_lossy(&help.stdout).contains("light-mesh-penumbra"));
     let done = run(&["compare", "light-mesh-luminaires", "--quick", "--out", "out"]);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    assert!(String::from_utf8_lossy(&done.stdout).contains("The mesh is the quicker way"));
+    assert!(String::from_utf8_lossy(&done.stdout).contains("The mesh is faster"));
     let out = home.path().join("out");
     for name in ["compare.html", "compare.md", "light-mesh-luminaires.csv"] {
         assert!(fs::metadata(out.join(name)).is_ok_and(|file| file.len() > 200), "{name}");

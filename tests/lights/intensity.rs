@@ -288,8 +288,8 @@ fn what_cannot_be_is_refused() {
         r#"{ "name": "sky", "type": "sky", "luminance_distribution": "uniform", "horizontal_illuminance_lx": 1000 }"#;
     assert_eq!(read(lamp, ""), Ok(()));
     for (luminaire, receiver, said) in [
-        (lamp, r#", "gamma_step_deg": 7"#, "a whole part of 180"),
-        (lamp, r#", "gamma_step_deg": 0.1"#, "a whole part of 180"),
+        (lamp, r#", "gamma_step_deg": 7"#, "180° divided by a whole number"),
+        (lamp, r#", "gamma_step_deg": 0.1"#, "180° divided by a whole number"),
         (lamp, r#", "c_planes": 1000"#, "at most 720"),
         (lamp, r#", "c_planes": 0"#, "C planes"),
         (lamp, r#", "luminous_opening": [1, 2]"#, "three extents"),

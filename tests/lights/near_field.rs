@@ -184,7 +184,7 @@ fn an_array_stands_for_its_luminaires_row_by_row() {
         ),
         (
             r#"{ "name": "a", "type": "point", "position": [0,0,1], "intensity_cd": 1, "columns": 0, "u": [1,0,0] }"#,
-            "no count",
+            "not a count",
         ),
         (
             r#"{ "name": "a", "type": "point", "position": [0,0,1], "intensity_cd": 1, "columns": 2, "u": [1,0,0] },

@@ -63,7 +63,7 @@ fn elements_keep_all_the_light_of_a_lamp_that_nearly_touches_them() {
     let check = solution.map_check.expect("a closed room");
     assert!(check.z_score.abs() < 4.0, "{check:?}");
     assert!(check.standard_error_lm < 0.01 * 1200.0, "{check:?}");
-    assert!(solution.notes.iter().any(|note| note.contains("lamp lights from near")), "{:?}", solution.notes);
+    assert!(solution.notes.iter().any(|note| note.contains("lamp lights a spot from so near")), "{:?}", solution.notes);
 }
 
 /// Half of the flux of a lamp in the plane of the ceiling is lost in it. No map then holds 1200 lm, and no target is reported as met.

@@ -272,7 +272,7 @@ fn what_a_sun_cannot_be_is_refused() {
     let place = json!({ "latitude_deg": 52.5, "longitude_deg": 13.4, "date_time": "2026-06-21T12:00:00+02:00" });
     let mut both = place.clone();
     both["sun_elevation_deg"] = json!(20);
-    assert!(refusal(vec![with(both)], json!([])).contains("told twice"));
+    assert!(refusal(vec![with(both)], json!([])).contains("given twice"));
     let mut timeless = place.clone();
     timeless["date_time"] = json!("2026-06-21T12:00:00");
     assert!(refusal(vec![with(timeless)], json!([])).contains("cannot be read"));

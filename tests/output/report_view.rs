@@ -277,7 +277,7 @@ fn of_very_many_receiver_sets_a_report_lists_the_first_and_tells_of_the_rest() {
     let listed = |page: &str| page.matches("<td class=\"text\">set ").count();
     let page = page_of_sets(230);
     assert_eq!(listed(&page), 200);
-    assert!(page.contains("Not listed: 30 more receiver sets; tables.csv holds all."));
+    assert!(page.contains("Not listed: 30 more receiver sets; tables.csv contains all."));
     let page = page_of_sets(200);
     assert_eq!(listed(&page), 200);
     assert!(!page.contains("Not listed"));

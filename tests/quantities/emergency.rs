@@ -82,7 +82,7 @@ fn classes_of_sports_have_their_numbers() {
 fn what_cannot_be_meant_is_refused() {
     for (requirements, says) in [
         (r#"{ "en_1838": "escape route", "en_12193": "I" }"#, "second standard"),
-        (r#"{ "average_lx": 300, "flux_factor": 0.5 }"#, "direct light alone"),
+        (r#"{ "average_lx": 300, "flux_factor": 0.5 }"#, "direct light only"),
         (r#"{ "en_1838": "escape rout" }"#, "escape route"),
         (r#"{ "en_12193": "IV" }"#, "class of EN 12193"),
         (r#"{ "direct_minimum_lx": 1, "flux_factor": 1.5 }"#, "flux"),

@@ -131,7 +131,7 @@ fn a_surface_that_turns_away_from_the_eye_is_refused() {
     };
     assert_eq!(towards("[0.2,0.3,1]", ""), Ok(()));
     for (eye, more, said) in [
-        ("[0.2,0.3,-1]", "", "the eye sees no side of this surface"),
+        ("[0.2,0.3,-1]", "", "no reflecting side of this surface"),
         ("[0.2,0.3,1]", r#", "directions": [[1,0,0]]"#, "one set of directions"),
     ] {
         let told = towards(eye, more).expect_err(eye);

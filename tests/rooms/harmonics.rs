@@ -273,8 +273,8 @@ fn what_is_no_body_is_refused_with_its_place() {
     let lamp = r#"{ "name": "l", "type": "point", "position": [0,0,9], "intensity_cd": 1 }"#;
     for (body, words) in [
         (r#""coefficients": [[0,0,1],[2,0,3]]"#, "not above 0 in all directions"),
-        (r#""coefficients": [[0,0,1],[1,2,0.1]]"#, "no term of a series"),
-        (r#""coefficients": [[0,0,1],[0,0,1]]"#, "no term of a series"),
+        (r#""coefficients": [[0,0,1],[1,2,0.1]]"#, "not a term of a series"),
+        (r#""coefficients": [[0,0,1],[0,0,1]]"#, "not a term of a series"),
         (r#""coefficients": [[0,0,1],[32,0,0.1]]"#, "0 to 31"),
         (r#""file": "nowhere.csv""#, "nowhere.csv"),
     ] {

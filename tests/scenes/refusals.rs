@@ -89,11 +89,11 @@ fn faults_in_other_files_are_named_by_that_file_and_by_who_named_it() {
     let points = |file: &str| GOOD.replace("probes.csv", file);
     for (text, file, place, named_at, says) in [
         (mesh("absent.obj"), "absent.obj", None, "geometry[3].file", "cannot be read"),
-        (mesh("bad_corner.obj"), "bad_corner.obj", Some((5, 7)), "geometry[3].file", "vertex that is not there"),
+        (mesh("bad_corner.obj"), "bad_corner.obj", Some((5, 7)), "geometry[3].file", "vertex that does not exist"),
         (mesh("no_face.obj"), "no_face.obj", Some((1, 1)), "geometry[3].file", "without a face"),
         (mesh("office.json"), "office.json", Some((1, 1)), "geometry[3].file", "without a face"),
         (points("absent.csv"), "absent.csv", None, "receivers[2].file", "cannot be read"),
-        (points("bad_row.csv"), "bad_row.csv", Some((3, 5)), "receivers[2].file", "z is no finite number"),
+        (points("bad_row.csv"), "bad_row.csv", Some((3, 5)), "receivers[2].file", "z is not a finite number"),
         (points("bad_header.csv"), "bad_header.csv", Some((1, 1)), "receivers[2].file", "wrong header"),
         (points("parts.obj"), "parts.obj", Some((1, 1)), "receivers[2].file", "wrong header"),
     ] {

@@ -261,7 +261,7 @@ fn ratings_of_standard_rooms_pass_and_the_other_background_does_not() {
     assert!(passes(with(&|_| {})));
     assert!(!passes(with(&|case| case["scene"]["receivers"][0]["background"] = json!("observer"))));
     let refused = with(&|case| case["compare"][0]["map"] = json!("elements")).expect_err("no observer");
-    assert!(refused.to_string().contains("needs an observer"), "{refused}");
+    assert!(refused.to_string().contains("only for an observer"), "{refused}");
     let refused = with(&|case| case["compare"][0]["criterion"] = json!({ "worst_difference": 0 }));
     assert!(refused.expect_err("allows nothing").to_string().contains("worst_difference"));
 }

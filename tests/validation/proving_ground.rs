@@ -70,7 +70,7 @@ fn rooms_are_written_by_their_kind_and_unknown_kinds_are_refused() {
     for (wrong, says) in [
         (&["--kind", "atic", "--out", text(&out)][..], "door-ajar"),
         (&["--out", text(&out)], "a room needs a kind"),
-        (&["--kind", "attic", "--out", text(&out)], "there already"),
+        (&["--kind", "attic", "--out", text(&out)], "exists already"),
     ] {
         let refused = make(wrong);
         assert_eq!(code(&refused), 2, "{wrong:?}");
@@ -78,7 +78,7 @@ fn rooms_are_written_by_their_kind_and_unknown_kinds_are_refused() {
     }
     let office = run(&["new", "office", "--seed", "1", "--out", text(&folder.path().join("office"))]);
     assert_eq!(code(&office), 2);
-    assert!(errors(&office).contains("for rooms alone"), "{}", errors(&office));
+    assert!(errors(&office).contains("to rooms only"), "{}", errors(&office));
 }
 
 #[test]
@@ -87,8 +87,8 @@ fn options_of_the_proving_ground_belong_to_it() {
     let out = text(folder.path());
     for (wrong, says) in [
         (&["cube", "--rooms", "2"][..], "--rooms"),
-        (&["proving-ground", "cube"], "of its own"),
-        (&["proving-ground", "--collision-only"], "of its own"),
+        (&["proving-ground", "cube"], "its own rooms"),
+        (&["proving-ground", "--collision-only"], "its own rooms"),
         (&["proving-ground", "--kinds", "white,blue"], "blue"),
         (&["proving-ground", "--rival", "/nowhere/peer"], "no such program"),
     ] {

@@ -101,7 +101,7 @@ fn another_scene_and_shared_random_numbers_are_refused() {
     let text = fs::read_to_string(&scene_file).unwrap();
     fs::write(&scene_file, text.replace("1000", "1010")).unwrap();
     let told = Case::read(home.path()).unwrap_err().to_string();
-    assert!(told.contains("of another scene") && told.contains("luminous_flux_lm"), "{told}");
+    assert!(told.contains("computed another scene") && told.contains("luminous_flux_lm"), "{told}");
     fs::write(&scene_file, text.replace("[0.5,0.5,0.8]", "[0.5,0.5,0.9]")).unwrap();
     let told = run_case(&Case::read(home.path()).unwrap(), &mut |_| {}).unwrap_err().to_string();
     assert!(told.contains("row 0"), "{told}");

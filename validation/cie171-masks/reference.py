@@ -143,8 +143,8 @@ write(HERE, ["set", "point", "x", "y", "z", "exact", "cie"], rows)
 write_points(HERE, "points.csv", [((2.0, y, 0.0), (0, 0, 1)) for _, y in POINTS])
 dump({
     "title": "CIE 171:2006, cases 5.13 and 5.14: an overhang and a wall before a facade's opening",
-    "physics": "A black room sees the sky through an opening that an overhang or a wall outside hides in part. The mask reflects 30 % of what it receives from the ground and, a wall, from the sky. What a point receives is the integral over what it sees.",
-    "remarks": ["In per cent of the illuminance of an open horizontal plane. Masks are 44 m wide. CIE gives its masks another luminance, one for all of an overhang and of walls of 6 and 9 m up to thrice of what the sky can bring, which its critics (NVIDIA 2016) found too: there its numbers differ. Where the mask's own light counts little they agree."],
+    "physics": "A black room sees the sky through an opening that an overhang or a wall outside partly hides. The mask reflects 30 % of the light that it receives from the ground and, if it is a wall, from the sky. The illuminance of a point is the integral of luminance over everything that it sees.",
+    "remarks": ["Values are in per cent of the illuminance of an open horizontal plane. Masks are 44 m wide. CIE gives its masks other luminances: one value for a whole overhang, and for walls of 6 and 9 m up to three times what the sky can give, as its critics (NVIDIA 2016) also found. There its numbers differ. Where the mask's own light counts little, they agree."],
     "sources": ["CIE 171:2006, cases 5.13 and 5.14, tables B.21 to B.26; reference.py", "ISO 15469:2004, table 1"],
     "groups": ["all", "sky"],
     "scene": {

@@ -1,16 +1,16 @@
-"""What a year of daylight has wrong that its replicas do not show: its hours against runs of `luxmc solve`, and against years of single hours.
+"""Errors of a year of daylight that its replicas do not show: hours of the year against runs of `luxmc solve`, and against years of single hours.
 
-    python3 validation/year/compare.py patches --out out/year-check     the sky in patches of even luminance, MF 1 to 4
-    python3 validation/year/compare.py suns --out out/year-check        the sun by way of surfaces, from nodes of its way
-    python3 validation/year/compare.py hours --out out/year-check       whether stated errors of hours hold, most of them with a low sun
+    python3 validation/year/compare.py patches --out out/year-check     the sky in patches of uniform luminance, MF 1 to 4
+    python3 validation/year/compare.py suns --out out/year-check        reflected light of the sun, from nodes on its paths
+    python3 validation/year/compare.py hours --out out/year-check       whether the stated errors of hours hold, mostly with a low sun
 
-Rooms: scenes/daylight-office.json, scenes/atrium.json, and a room with a reveal of 0.5 m and slats before its window. Points are few; what stands in the tables
-of patches is root mean squares from which the errors that both runs state have been taken. Sky and sun are looked at one without the other: before the suns
-of the skies small black squares stand far away, and the suns shine in a sky of 1 lx. A year of few hours has their suns for nodes and the same walks as one of
-all, so that nearly all that the two differ by is the nodes'. For `hours` some of a year's hours are drawn by a seed, two of three with the sun below 20
-degrees, and looked at in a year of these alone by other walks to a third of the error: of 95 % of them both ought to lie within 2.13 common errors (Student's
-t of 15 degrees of freedom); the sky has 1000 lx. The ground is black.
-All tables are Markdown. Needs nothing but Python.
+Rooms: scenes/daylight-office.json, scenes/atrium.json, and a room with a reveal of 0.5 m and slats before its window. Each has a few points. The tables
+of patches give root mean squares, after subtraction of the errors that both runs state. Sky and sun are compared separately: for the skies small black
+squares far away hide the suns, and the suns shine in a sky of 1 lx. A year of few hours has the suns of these hours as nodes and the same walks as the
+whole year, so nearly all of the difference between the two is the error of the nodes. `hours` draws some hours of a year by a seed, two of three with the
+sun below 20 degrees. It computes them again in a year of these hours alone, with other walks, to a third of the error: 95 % of them should lie within 2.13
+combined errors (Student's t of 15 degrees of freedom). The sky has 1000 lx. The ground is black.
+All tables are Markdown. Needs only Python.
 """
 import argparse
 import csv
@@ -138,7 +138,7 @@ def signed_root(square):
 
 
 def patches(check, target):
-    print("| room | MF | patches | told, median hour | found, median hour | worst hour | of the errors |\n| --- | --- | --- | --- | --- | --- | --- |")
+    print("| room | MF | patches | stated, median hour | found, median hour | worst hour | errors of both runs |\n| --- | --- | --- | --- | --- | --- | --- |")
     for name, scene in check.rooms:
         bare, _ = check.year(scene, SKIES, "sky", "30%", 1)
         suns = {hour: towards(bare[hour[:3]][0]) for hour in SKIES}
@@ -167,7 +167,7 @@ def patches(check, target):
 def suns(check, target):
     hours = [(month + 1, day + 1, hour + .5, SUN_LX, 1) for month, days in enumerate(LENGTHS) for day in range(days) for hour in range(3, 21)]
     few = [hour for hour in hours if hour[:2] in DAYS and hour[2] in HOURS]
-    print("| room | hours | nodes' error of a point, median hour | worst hour | of the plane's mean | worst hour | mean of all hours | errors of a point |")
+    print("| room | hours | nodes' error of a point, median hour | worst hour | of the plane's mean | worst hour | mean of all hours | stated errors of a point |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name, scene in check.rooms:
         found, _ = check.year(scene, hours, "sun", target)
@@ -200,7 +200,7 @@ def drawn_hours(found, count, seed):
 
 def hours(check, target, count, seed):
     every = [(month + 1, day + 1, hour + .5, SUN_LX, CLEAR_SKY_LX) for month, days in enumerate(LENGTHS) for day in range(days) for hour in range(3, 21)]
-    print("| room | hours | planes within 2.13 errors | scatter over errors | points within | scatter over errors | low suns: points off | their errors | worst | planes off in the mean |")
+    print("| room | hours | planes within 2.13 errors | scatter over errors | points within | scatter over errors | low suns: deviation of points | stated errors | worst | mean deviation of planes |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     rms = lambda values: math.sqrt(statistics.mean(value ** 2 for value in values))
     held = lambda values: f"{sum(abs(value) <= T_15 for value in values)} of {len(values)}"
@@ -232,9 +232,9 @@ if __name__ == "__main__":
     parser.add_argument("--out", required=True)
     parser.add_argument("--luxmc", default=str(ROOT / "target/release/luxmc"))
     parser.add_argument("--target-error", default="1%")
-    parser.add_argument("--room", choices=list(rooms()), help="one room alone")
-    parser.add_argument("--count", type=int, default=60, help="hours that are drawn")
-    parser.add_argument("--seed", type=int, default=1, help="of the draw and of the year")
+    parser.add_argument("--room", choices=list(rooms()), help="only this room")
+    parser.add_argument("--count", type=int, default=60, help="number of drawn hours")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the draw and of the year")
     given = parser.parse_args()
     if given.what == "hours":
         hours(Check(given), given.target_error, given.count, given.seed)

@@ -126,23 +126,23 @@ impl Report<'_> {
         let count = self.scene.luminaires.len();
         sentences.push(match self.scene.daylight() {
             Some((outside_lx, _)) => {
-                say!("All light is the sky's, which gives an open horizontal plane {} lx.", amount(outside_lx))
+                say!("All light comes from the sky, which gives {} lx on an open horizontal plane.", amount(outside_lx))
             }
             None => {
                 let all_lm = amount(self.scene.luminous_flux_lm());
                 let power = self
                     .power()
-                    .map_or(String::new(), |[power, specific]| say!(" for {} W, {} W/m² of floor", power, specific));
+                    .map_or(String::new(), |[power, specific]| say!(" with {} W ({} W/m² of floor)", power, specific));
                 match count {
-                    1 => say!("One luminaire gives {} lm in all{}.", all_lm, power),
-                    _ => say!("{} luminaires give {} lm in all{}.", count, all_lm, power),
+                    1 => say!("One luminaire emits {} lm in total{}.", all_lm, power),
+                    _ => say!("{} luminaires emit {} lm in total{}.", count, all_lm, power),
                 }
             }
         });
         let warnings = self.scene.warnings.len() + self.solution.warnings.len();
         sentences.push(escaped(&maintenance_note(self.scene)));
         if warnings > 0 {
-            sentences.push(say!("Remarks of the computation stand under “Please note”.").to_owned());
+            sentences.push(say!("See the remarks on the computation under “Please note”.").to_owned());
         }
         sentences.join(" ")
     }

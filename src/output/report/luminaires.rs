@@ -23,7 +23,7 @@ impl Report<'_> {
             (say!("Maintenance<br>factor"), false),
             (say!("Dimmed<br>to"), false),
             (say!("Power each<small>W</small>"), false),
-            (say!("Flux of all<small>lm</small>"), false),
+            (say!("Total flux<small>lm</small>"), false),
         ];
         let mut table = HtmlTable::new("", &head);
         for row in &self.schedule.rows {
@@ -50,7 +50,7 @@ impl Report<'_> {
             ]);
         }
         let mut total = vec![String::new(); head.len()];
-        (total[1], total[3]) = (say!("Together").to_owned(), self.scene.luminaires.len().to_string());
+        (total[1], total[3]) = (say!("Total").to_owned(), self.scene.luminaires.len().to_string());
         total[8] = amount(self.scene.luminous_flux_lm());
         table.total(total);
         let mut page = format!(
@@ -129,8 +129,8 @@ impl Report<'_> {
         }
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
             let words = say!(
-                "The electric power of the luminaires is unknown, so that no specific power can be given: the scene's luminaires take \
-                 \"power_w\"."
+                "The electric power of the luminaires is unknown, so no specific power can be given. The scene file \
+                 states it with \"power_w\" of each luminaire."
             );
             return format!("<p class=\"soft small\">{words}</p>\n");
         }
@@ -147,7 +147,7 @@ impl Report<'_> {
         let unknown = match power.unknown {
             0 => String::new(),
             n => say!(
-                " The power of {} of the {} luminaires is unknown and missing in these numbers.",
+                " The power of {} of the {} luminaires is unknown and not included in these numbers.",
                 n,
                 self.scene.luminaires.len()
             ),

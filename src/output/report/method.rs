@@ -11,21 +11,22 @@ use crate::output::texts::{said, say, words};
 use crate::solver::{Activity, Spending};
 
 const HALVES: &str = words!(
-    "Two halves of the computation know nothing of each other: where they differ by chance alone, colours are scattered without \
-                      a pattern and pale; a pattern would be an error that the bars do not tell."
+    "The two halves of the computation are independent. Where they differ by chance alone, the colours are pale and \
+     scattered without a pattern. A pattern would be an error that the error bars do not include."
 );
 const HISTOGRAM: &str = words!(
-    "Bars as wide as the curve: the halves differ by what is stated. Narrower ones: the stated errors also hold what both \
-                         halves have wrong alike, or state too much. Wider ones: they state too little."
+    "Bars as wide as the curve: the halves differ as much as the stated errors say. Narrower bars: the stated errors \
+     also include what is wrong in both halves alike, or are too large. Wider bars: the stated errors are too small."
 );
 const GATHERED_HALVES: &str = words!(
-    "Two halves of the computation know nothing of each other. Within a half neighbours take light from the same cells, so that patches \
-     and even a whole map may be of one colour: the stated errors hold that. Strong colours over wide areas would be an error that they \
-     do not tell."
+    "The two halves of the computation are independent. Within a half, neighbouring points take light from the same \
+     cells, so patches and even a whole map may have one colour; the stated errors include this. Strong colours over \
+     wide areas would be an error that they do not include."
 );
 const GATHERED_HISTOGRAM: &str = words!(
-    "Bars as wide as the curve, or narrower: the halves differ by no more than is stated. They may stand aside of it, since points that \
-     take light from the same cells differ alike; bars far beyond it on one side or on both would be more than is stated."
+    "Bars as wide as the curve, or narrower: the halves differ by no more than the stated errors say. The bars may \
+     lie to one side of the curve, since points that take light from the same cells differ alike. Bars far beyond \
+     the curve, on one side or on both, would be a larger error than stated."
 );
 
 impl Report<'_> {
@@ -46,8 +47,8 @@ impl Report<'_> {
         page += &format!("<p>{work}</p>\n");
         if let Ok(balance) = &solution.flux_balance {
             let balance = say!(
-                "Of {} lm sent out, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of one-sided surfaces and {} lm \
-                 were cut off by choice.",
+                "Of {} lm emitted, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of \
+                 one-sided surfaces and {} lm were not followed further.",
                 amount(balance.emitted_lm),
                 amount(balance.absorbed_lm),
                 amount(balance.escaped_lm),
@@ -58,13 +59,13 @@ impl Report<'_> {
         }
         page += &format!(
             "<h3>{}</h3>\n<p>{} {}:</p>\n<pre>{}</pre>\n",
-            say!("The same again"),
+            say!("How to repeat this run"),
             say!("With luxmc {} and the scene file,", env!("CARGO_PKG_VERSION")),
             if self.context.repeats_digits {
-                say!("this gives every digit again, on any number of threads")
+                say!("this command gives the same digits again, with any number of threads")
             } else {
                 say!(
-                    "this gives results of the same quality again (every digit, where <code>--chains</code> fixes the light paths)"
+                    "this command gives results of the same quality again (the same digits if <code>--chains</code> fixes the light paths)"
                 )
             },
             escaped(&self.context.command)
@@ -116,7 +117,7 @@ fn round_count(count: u64) -> f64 {
 
 /// Rays and computing time by activity.
 fn spending_table(spending: &Spending) -> String {
-    let caption = say!("What the rays and the computing time were for");
+    let caption = say!("What rays and computing time were used for");
     let mut table = HtmlTable::new(caption, &[("", true), (say!("Rays"), false), (say!("Time"), false)]);
     if *spending == Spending::default() {
         return String::new();

@@ -48,8 +48,7 @@ impl PhotometricError {
             line,
             got: "the end of the file".to_string(),
             expected: expected.into(),
-            remedy: "the file is cut off, or its counts promise more values than it holds; fetch it again from its \
-                     maker or correct the counts"
+            remedy: "the file is cut off, or its counts announce more values than it contains; get it again from the manufacturer or correct the counts"
                 .to_string(),
         }
     }

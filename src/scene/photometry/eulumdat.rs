@@ -51,7 +51,11 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     let sets: Vec<(LampSet, bool)> = sets.collect::<Result<_, _>>()?;
     let (set, absolute) = sets[0].clone();
     if sets.len() > 1 {
-        warnings.push(format!("the file offers {} sets of lamps; the first, {}, is taken", sets.len(), describe(&set)));
+        warnings.push(format!(
+            "the file contains {} sets of lamps; the first, {}, is taken",
+            sets.len(),
+            describe(&set)
+        ));
     }
     let lamp_flux_lm = set.flux_lm.unwrap_or(0.0);
 
@@ -63,7 +67,7 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     if promised.is_none_or(|promised| promised > tokens.left()) {
         let have = tokens.left();
         let expected = format!(
-            "{DIRECT_RATIOS} direct ratios, {plane_count} C angles, {angle_count} gamma angles and {stored} planes of intensities, of which {have} values are there"
+            "{DIRECT_RATIOS} direct ratios, {plane_count} C angles, {angle_count} gamma angles and {stored} planes of intensities, but only {have} values are there"
         );
         return Err(PhotometricError::ended(lines.len(), expected));
     }
@@ -183,7 +187,7 @@ fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &HeaderLines)
     if planes.is_multiple_of(divisor) {
         return Ok(stored);
     }
-    let expected = format!("Mc divisible by {divisor}, as the symmetry on line 3 asks");
+    let expected = format!("Mc divisible by {divisor}, as the symmetry on line 3 requires");
     Err(PhotometricError::malformed(4, fields.text(4), expected, "correct Isym or Mc"))
 }
 
@@ -254,7 +258,7 @@ impl Header {
         let apart = claimed > 0.0 && (percent - claimed).abs() > FLUX_TOLERANCE * claimed;
         if over || apart {
             warnings.push(format!(
-                "the intensities add up to {flux_lm:.1} lm, {percent:.1}% of the lamps' {:.1} lm, where the file states {claimed}%; the luminaire gives what its intensities add up to",
+                "the intensities add up to {flux_lm:.1} lm, {percent:.1}% of the lamps' {:.1} lm, where the file states {claimed}%; the flux from the intensities is used",
                 self.lamp_flux_lm
             ));
         }
@@ -263,7 +267,7 @@ impl Header {
             .filter(|down| self.downward_percent > 0.0 && (down - self.downward_percent).abs() > 100.0 * FLUX_TOLERANCE)
         {
             let claimed = self.downward_percent;
-            warnings.push(format!("{downward:.1}% of the flux goes down, where the header claims {claimed}%"));
+            warnings.push(format!("{downward:.1}% of the flux goes downward, where the header states {claimed}%"));
         }
     }
 }

@@ -53,7 +53,7 @@ pub fn parse_ies(bytes: &[u8], folder: Option<&Path>) -> Result<PhotometricFile,
     let tilt_factor = body.tilt.as_ref().map_or(1.0, Tilt::factor_untilted);
     if body.tilt.is_some() {
         warnings.push(format!(
-            "lamp tilt factors are given: they hold for a tilted mounting and are not followed; intensities take the factor of no tilt, {tilt_factor}"
+            "lamp tilt factors are given for tilted mounting; they are not applied: intensities use the factor without tilt, {tilt_factor}"
         ));
     }
     let factor = body.multiplier * body.ballast_factor * lamp_factor * tilt_factor;
@@ -140,7 +140,7 @@ fn edition(labels: &[String], warnings: &mut Vec<String>) -> (PhotometricFormat,
         return (format, index + 1);
     }
     if id.starts_with("IESNA") || id.starts_with("IES:") {
-        warnings.push(format!("the edition `{}` is not known; read as LM-63-2002", labels[index].trim()));
+        warnings.push(format!("the edition `{}` is unknown; read as LM-63-2002", labels[index].trim()));
         return (PhotometricFormat::Ies2002, index + 1);
     }
     (PhotometricFormat::Ies1986, index)
@@ -175,7 +175,7 @@ fn tilt_file(
         return Err(PhotometricError::malformed(line, "TILT=", "NONE, INCLUDE or the name of a tilt file", remedy));
     }
     let Some(folder) = folder else {
-        warnings.push(format!("the tilt file `{name}` was not read; its factor at no tilt is taken as 1"));
+        warnings.push(format!("the tilt file `{name}` was not read; its factor without tilt is taken as 1"));
         return Ok(None);
     };
     let path = folder.join(name);
@@ -214,7 +214,7 @@ fn web_of(
                 let gap = 360.0 - (last - first);
                 if gap > 1.5 * (last - first) / (horizontal.len() - 1) as f64 {
                     warnings.push(format!(
-                        "no plane lies within the last {gap:.1} degrees of the turn; they are interpolated across"
+                        "no plane lies within the last {gap:.1} degrees of the full turn; intensities there are interpolated"
                     ));
                 }
             }
@@ -292,7 +292,7 @@ fn check_flux(body: &IesNumbers, flux_lm: f64, warnings: &mut Vec<String>) {
     let lamps_lm = body.lamps * body.lumens_per_lamp;
     if flux_lm > (1.0 + FLUX_TOLERANCE) * lamps_lm {
         warnings.push(format!(
-            "the intensities add up to {flux_lm:.1} lm, more than the {lamps_lm:.1} lm that the file states for {} {}; the luminaire gives what its intensities add up to",
+            "the intensities add up to {flux_lm:.1} lm, more than the {lamps_lm:.1} lm that the file states for {} {}; the flux from the intensities is used",
             body.lamps,
             if body.lamps == 1.0 { "lamp" } else { "lamps" }
         ));
@@ -340,7 +340,9 @@ fn opening(format: PhotometricFormat, body: &IesNumbers, warnings: &mut Vec<Stri
         (-1, _, 0 | 1) | (_, -1, 0 | 1) => Opening::Ellipse { c0_m, c90_m, height_m },
         _ => {
             let [width, length, height] = body.dimensions;
-            warnings.push(format!("no opening has the dimensions {width}, {length}, {height}; read as a box"));
+            warnings.push(format!(
+                "the dimensions {width}, {length}, {height} stand for no shape of opening; read as a box"
+            ));
             Opening::Box { c0_m, c90_m, height_m }
         }
     }

@@ -133,7 +133,7 @@ fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<IesNumbers, Photomet
     let promised = verticals.checked_mul(horizontals).and_then(|cells| cells.checked_add(verticals + horizontals));
     if promised.is_none_or(|promised| promised > tokens.left()) {
         let expected = format!(
-            "{verticals} vertical and {horizontals} horizontal angles and an intensity for each pair, of which {} values are there",
+            "{verticals} vertical and {horizontals} horizontal angles and an intensity for each pair, but only {} values are there",
             tokens.left()
         );
         return Err(PhotometricError::ended(tokens.line(), expected));
@@ -147,7 +147,7 @@ fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<IesNumbers, Photomet
     let horizontal_line = tokens.line();
     let horizontal_deg = tokens.angles(horizontals, "horizontal angles", horizontal_range)?;
     if photometric_type != PhotometricType::C && horizontals < 2 {
-        let remedy = "only type C may leave its planes to rotational symmetry";
+        let remedy = "only type C allows a single plane, with rotational symmetry";
         return Err(tokens.refuse_last("two horizontal angles or more for types A and B", remedy));
     }
     let intensity = "an intensity of 0 or more";

@@ -15,8 +15,9 @@ pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, Photometric
     if let Some(kind) = other_kind(&bytes) {
         return Err(PhotometricError::Unreadable {
             path: path.to_path_buf(),
-            reason: format!("this is {kind}, no photometric file"),
-            remedy: "give the luminaire's IES or LDT file; makers offer it beside pictures and data sheets".to_owned(),
+            reason: format!("this is {kind}, not a photometric file"),
+            remedy: "give the luminaire's IES or LDT file; manufacturers offer it beside pictures and data sheets"
+                .to_owned(),
         });
     }
     let folder = path.parent();

@@ -16,12 +16,12 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
         reason,
         remedy: remedy.to_string(),
     };
-    let check_name = "check the name; it is taken relative to the file that names it";
+    let check_name = "check the name; it is relative to the file that names it";
     read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| {
         let remedy = match error.kind() {
             ErrorKind::NotFound | ErrorKind::IsADirectory | ErrorKind::Other => check_name,
             ErrorKind::FileTooLarge => {
-                "a photometric file holds some kilobytes: check that this is one; --allow-large reads it"
+                "a photometric file has a few kilobytes: check that this is one; --allow-large reads it"
             }
             _ => "check that it may be read",
         };
@@ -146,7 +146,10 @@ impl<'a> Tokens<'a> {
     ) -> Result<Vec<f64>, PhotometricError> {
         if count > self.left() {
             let (have, line) = (self.left(), self.last_line);
-            return Err(PhotometricError::ended(line, format!("{count} of {what}, of which {have} are there")));
+            return Err(PhotometricError::ended(
+                line,
+                format!("{count} values, each {what}, but only {have} are there"),
+            ));
         }
         (0..count).map(|_| self.checked(what, remedy, &holds)).collect()
     }

@@ -23,9 +23,9 @@ pub(super) struct Transform {
     /// Scale, applied first.
     #[schemars(extend("exclusiveMinimum" = 0))]
     scale: Option<f64>,
-    /// Turns about the fixed x, y and z axes in degrees, counter-clockwise seen from the axis' tip.
+    /// Rotations about the fixed x, y and z axes in degrees, counter-clockwise seen from the axis' tip.
     rotate_deg: Option<Vector>,
-    /// Shift, applied last.
+    /// Translation, applied last.
     translate: Option<Vector>,
 }
 
@@ -50,7 +50,7 @@ pub(super) struct BoxMaterials {
     y_max: Option<String>,
 }
 
-/// What every geometry says, or may say.
+/// Keys of every geometry.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 pub(super) struct CommonOfGeometry {
@@ -58,9 +58,9 @@ pub(super) struct CommonOfGeometry {
     name: String,
     /// Whether both sides reflect and are reported.
     two_sided: Option<bool>,
-    /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+    /// Whether the report and the terminal list it (area luminaires: false by default).
     report: Option<bool>,
-    /// Scale, turns and shift.
+    /// Scale, rotation and translation.
     transform: Option<Transform>,
 }
 
@@ -93,9 +93,9 @@ pub(super) enum GeometryKind {
         common: CommonOfGeometry,
         /// A corner.
         origin: Vector,
-        /// From the corner along one side.
+        /// Vector from the corner along one side.
         u: Vector,
-        /// From the corner along the other side.
+        /// Vector from the corner along the other side.
         v: Vector,
         /// Material.
         material: String,
@@ -116,9 +116,9 @@ pub(super) enum GeometryKind {
         /// The numbers of the vertices of each face, from 0, counter-clockwise seen from its front.
         #[schemars(length(min = 1))]
         faces: Option<Vec<Vec<u32>>>,
-        /// Material of all parts that have no other.
+        /// Material of all parts without one of their own.
         material: Option<String>,
-        /// Materials by the file's `usemtl` or material names; else the scene's material of that name is taken.
+        /// Materials by the file's `usemtl` or material names; otherwise the scene's material of that name is used.
         materials: Option<BTreeMap<String, String>>,
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -137,16 +137,16 @@ pub(super) enum GeometryKind {
         facing: Option<Facing>,
         /// Material.
         material: String,
-        /// The sphere's triangles have no longer edge.
+        /// Longest edge of the sphere's triangles.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
     },
-    /// A smooth closed body, whose radius by direction is a series of spherical harmonics; met exactly.
+    /// A smooth closed body whose radius by direction is a series of spherical harmonics; rays meet it exactly.
     #[schemars(rename = "spherical_harmonics")]
     SphericalHarmonics {
         #[schemars(flatten)]
         common: CommonOfGeometry,
-        /// From where the radius is counted (the origin by default).
+        /// Point from which the radius is measured (the origin by default).
         center: Option<Vector>,
         /// Terms [l, m, coefficient] of r = Σ c_lm Y_lm, l up to 31; instead of a file.
         coefficients: Option<Vec<(u32, i32, f64)>>,
@@ -156,7 +156,7 @@ pub(super) enum GeometryKind {
         facing: Option<Facing>,
         /// Material.
         material: String,
-        /// The chords of the body's elements are no longer.
+        /// Longest chord of the body's elements.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
     },

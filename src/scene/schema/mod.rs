@@ -60,13 +60,13 @@ struct SceneFile {
     /// Version of the file format.
     #[schemars(extend("const" = 1))]
     version: u32,
-    /// What the scene is called in results.
+    /// Title of the scene in results.
     title: Option<String>,
-    /// Whose work it is, for the report's first page.
+    /// Client, author and date, for the report's first page.
     project: Option<ProjectFile>,
-    /// What the energy of a year's lighting is computed from, by the quick method of EN 15193.
+    /// Data for the yearly lighting energy (LENI) by the quick method of EN 15193.
     energy: Option<EnergyFile>,
-    /// Unit of all lengths, OBJ and points files included.
+    /// Unit of all lengths, also of those in OBJ and points files.
     length_unit: Option<LengthUnitName>,
     /// Materials by name.
     materials: BTreeMap<String, MaterialKind>,
@@ -76,49 +76,49 @@ struct SceneFile {
     /// Light sources; their names are unique.
     #[schemars(length(min = 1))]
     luminaires: Vec<LuminaireKind>,
-    /// Points at which results are asked for; their names are unique.
+    /// Points for which results are computed; their names are unique.
     receivers: Option<Vec<ReceiverKind>>,
 }
 
-/// Whose work a scene is.
+/// Client, author and date of the work.
 #[derive(JsonSchema)]
 #[schemars(rename = "Project", deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct ProjectFile {
-    /// For whom.
+    /// Client.
     client: Option<String>,
-    /// By whom.
+    /// Author.
     author: Option<String>,
-    /// When.
+    /// Date.
     date: Option<String>,
-    /// What else the client is to read.
+    /// Further text for the client.
     notes: Option<String>,
 }
 
-/// What LENI is computed from besides the luminaires' power.
+/// Data for LENI besides the power of the luminaires.
 #[derive(JsonSchema)]
 #[schemars(rename = "Energy", deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct EnergyFile {
-    /// Hours of use in a year by daylight; 2250, typical of offices, by default.
+    /// Hours of use per year during daylight; 2250, typical of offices, by default.
     #[schemars(range(min = 0.0, max = 8784.0))]
     day_hours: Option<f64>,
-    /// Hours of use in a year without daylight; 250, typical of offices, by default.
+    /// Hours of use per year without daylight; 250, typical of offices, by default.
     #[schemars(range(min = 0.0, max = 8784.0))]
     night_hours: Option<f64>,
-    /// What control for constant illuminance leaves of the power; 1 by default.
+    /// Share of the power that remains with control for constant illuminance; 1 by default.
     #[schemars(range(min = 0.0, max = 1.0))]
     constant_illuminance_factor: Option<f64>,
-    /// What control by presence leaves of the hours; 1 by default.
+    /// Share of the hours that remains with control by presence; 1 by default.
     #[schemars(range(min = 0.0, max = 1.0))]
     occupancy_factor: Option<f64>,
-    /// What control by daylight leaves of the hours by day; 1 by default.
+    /// Share of the daylight hours that remains with control by daylight; 1 by default.
     #[schemars(range(min = 0.0, max = 1.0))]
     daylight_factor: Option<f64>,
-    /// What controls on standby and the charging of batteries take in a year, in kWh for each m²; 0 by default.
+    /// Yearly energy of controls on standby and of battery charging in kWh per m²; 0 by default.
     #[schemars(range(min = 0.0))]
     standby_kwh_m2: Option<f64>,
-    /// Area in m² that counts; the floor's by default.
+    /// Reference area in m²; the floor's by default.
     #[schemars(extend("exclusiveMinimum" = 0))]
     area_m2: Option<f64>,
 }
@@ -135,7 +135,7 @@ enum LengthUnitName {
     Ft,
 }
 
-/// How far apart a grid's points are.
+/// Spacing of a grid's points.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "only its shape is used")]
@@ -155,7 +155,7 @@ enum SpacingRule {
     En12464,
 }
 
-/// Where the background luminance of a glare rating is taken.
+/// Where the background luminance of a glare rating is determined.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
 #[expect(dead_code, reason = "only its shape is used")]
@@ -171,7 +171,7 @@ enum BackgroundName {
 struct Fan {
     /// The direction at 0°.
     direction: Vector,
-    /// What it turns about (default [0, 0, 1]).
+    /// Axis of the fan (default [0, 0, 1]).
     axis: Option<Vector>,
     /// Angle of the first direction.
     from_deg: f64,
@@ -187,11 +187,11 @@ struct Fan {
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct View {
-    /// Where the middle of the picture lies.
+    /// Direction of the middle of the picture.
     direction: Vector,
-    /// What is up in the picture (default [0, 0, 1]).
+    /// Upward direction in the picture (default [0, 0, 1]).
     up: Option<Vector>,
-    /// Full angles of view, across and upright, at most 170.
+    /// Full angles of view in degrees, across and upright, at most 170.
     field_deg: [f64; 2],
     /// Cells in a row.
     #[schemars(range(min = 1))]
@@ -201,63 +201,63 @@ struct View {
     rows: u32,
 }
 
-/// What receivers are to keep: numbers, or an entry of EN 12464-1, in whose place numbers beside it go. `ugr` of observers, the others of
-/// grids and points.
+/// Requirements of receivers: numbers, or an entry of EN 12464-1; numbers given together with an entry replace those of the entry. `ugr`
+/// applies to observers, the others to grids and points.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct Requirements {
-    /// Average at least, in lx.
+    /// Least average, in lx.
     #[schemars(extend("exclusiveMinimum" = 0))]
     average_lx: Option<f64>,
-    /// Minimum at least, in lx.
+    /// Least minimum, in lx.
     #[schemars(extend("exclusiveMinimum" = 0))]
     minimum_lx: Option<f64>,
-    /// Maximum at most, in lx.
+    /// Greatest maximum, in lx.
     #[schemars(extend("exclusiveMinimum" = 0))]
     maximum_lx: Option<f64>,
-    /// U0, minimum over average, at least.
+    /// Least uniformity U0, minimum over average.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     uniformity: Option<f64>,
-    /// Ud, minimum over maximum, at least.
+    /// Least uniformity Ud, minimum over maximum.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     uniformity_ud: Option<f64>,
-    /// Least direct illuminance at least, in lx, times `flux_factor`.
+    /// Required minimum of the direct illuminance times `flux_factor`, in lx.
     #[schemars(extend("exclusiveMinimum" = 0))]
     direct_minimum_lx: Option<f64>,
-    /// Least over greatest direct illuminance, at least.
+    /// Required minimum over maximum of the direct illuminance.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     direct_uniformity_ud: Option<f64>,
-    /// Glare rating of the worst observer, at most.
+    /// Greatest glare rating of any observer.
     #[schemars(range(min = 10.0, max = 40.0))]
     ugr: Option<f64>,
-    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011). Numbers beside it take the place of its own.
+    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011). Numbers beside it replace those of the entry.
     en_12464_1: Option<String>,
     /// Class of EN 12193 of ball games in halls: "I", "II" or "III".
     en_12193: Option<String>,
-    /// Emergency lighting by EN 1838: "escape route" or "open area"; of direct light alone.
+    /// Emergency lighting by EN 1838: "escape route" or "open area"; direct light only.
     en_1838: Option<String>,
-    /// What is left of the luminous flux on batteries, for what is asked of direct light; 1 by default.
+    /// Share of the luminous flux that remains on batteries, for requirements on direct light; 1 by default.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     flux_factor: Option<f64>,
-    /// What of the room the entry of EN 12464-1 is asked about; the task area by default.
+    /// Part of the room to which the entry of EN 12464-1 applies; the task area by default.
     area: Option<AreaName>,
-    /// Whether the entry's modified average is asked for; not by default.
+    /// Whether the entry's modified average is required; false by default.
     modified: Option<bool>,
 }
 
-/// What a room is to keep.
+/// Requirements of a room.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct RoomRequirements {
     /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
     en_12464_1: String,
-    /// Whether the entry's modified average is asked for; not by default.
+    /// Whether the entry's modified average is required; false by default.
     modified: Option<bool>,
 }
 
-/// What of a room an entry of EN 12464-1 is asked about.
+/// Part of a room to which an entry of EN 12464-1 applies.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
 #[expect(dead_code, reason = "only its shape is used")]
@@ -269,32 +269,32 @@ enum AreaName {
     Ceiling,
 }
 
-/// What is made about a task area by the rule of EN 12464-1: receivers in a band, and in a wider one about that.
+/// Receivers around a task area by the rule of EN 12464-1: in a band, and in a wider one around that.
 #[derive(JsonSchema)]
 #[schemars(rename = "Surroundings", deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct SurroundingsFile {
-    /// The floor that bounds the room: a geometry or a part of one; the surface that the grid lies on by default.
+    /// The floor that bounds the room: a geometry or a part of one; by default the surface on which the grid lies.
     within: Option<String>,
-    /// Width of the immediate surroundings; 0.5 m by default, none with 0.
+    /// Width of the immediate surroundings; 0.5 m by default, 0 for none.
     #[schemars(range(min = 0.0))]
     band: Option<f64>,
-    /// Width of the background; 3 m by default, none with 0.
+    /// Width of the background; 3 m by default, 0 for none.
     #[schemars(range(min = 0.0))]
     background: Option<f64>,
 }
 
-/// A grid by its corner: places at origin + (c/(columns−1))·u + (r/(rows−1))·v.
+/// A grid given by its corner: points at origin + (c/(columns−1))·u + (r/(rows−1))·v.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct ByCorners {
-    /// First place.
+    /// First point.
     origin: Vector,
-    /// From the first to the last column.
+    /// Vector from the first to the last column.
     u: Vector,
-    /// From the first to the last row.
+    /// Vector from the first to the last row.
     v: Vector,
-    /// Places in a row.
+    /// Points in a row.
     #[schemars(range(min = 1))]
     columns: u32,
     /// Rows.
@@ -308,35 +308,35 @@ struct ByCorners {
 struct OverASurface {
     /// A geometry or a part of one.
     surface: String,
-    /// Strip along the boundary that is left out.
+    /// Width of the strip along the boundary that is left out.
     #[schemars(range(min = 0.0))]
     margin: Option<f64>,
     /// The rule "EN 12464-1" (default), or a distance.
     spacing: Option<Spacing>,
 }
 
-/// What is asked for at points.
+/// Quantity and requirements of points.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct Measuring {
-    /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
+    /// Illuminance that is computed: on the grid's (or points') own plane (default), horizontal, vertical, cylindrical or semi-cylindrical.
     quantity: Option<QuantityName>,
-    /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
+    /// Horizontal direction that the plane of vertical, or the half cylinder of semi-cylindrical, illuminance faces.
     direction: Option<Vector>,
-    /// What the receivers are to keep.
+    /// Requirements of the receivers.
     requirements: Option<Requirements>,
 }
 
-/// What is asked of observers.
+/// Lines of sight, background and requirements of observers.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
 struct Observing {
-    /// Lines of sight; without them eight about the vertical.
+    /// Lines of sight; by default eight horizontal ones all around.
     #[schemars(length(min = 1))]
     view_directions: Option<Vec<Vector>>,
-    /// Where the background luminance is taken.
+    /// Where the background luminance is determined.
     background: Option<BackgroundName>,
-    /// What the ratings are to keep.
+    /// Requirements of the ratings.
     requirements: Option<Requirements>,
 }
 
@@ -353,10 +353,10 @@ enum ReceiverKind {
         corners: ByCorners,
         #[schemars(flatten)]
         measuring: Measuring,
-        /// Receivers about the task area, by rule.
+        /// Receivers around the task area, by the rule of EN 12464-1.
         surroundings: Option<SurroundingsFile>,
     },
-    /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
+    /// A grid on a flat rectangular surface: points at the centres of its cells, facing the same way as its front.
     #[schemars(rename = "grid")]
     SurfaceGrid {
         /// Name of the receivers.
@@ -368,17 +368,17 @@ enum ReceiverKind {
         over: OverASurface,
         #[schemars(flatten)]
         measuring: Measuring,
-        /// Receivers about the task area, by rule.
+        /// Receivers around the task area, by the rule of EN 12464-1.
         surroundings: Option<SurroundingsFile>,
     },
-    /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points that stand here.
+    /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points given here.
     #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["points"]}]))]
     Points {
         /// Name of the receivers.
         name: String,
         /// The CSV file.
         file: Option<String>,
-        /// Points instead of a file: [x, y, z, nx, ny, nz], or with an area behind them in all.
+        /// Points instead of a file: [x, y, z, nx, ny, nz], or with an area as seventh number in all.
         #[schemars(length(min = 1))]
         points: Option<Vec<Vec<f64>>>,
         #[schemars(flatten)]
@@ -388,12 +388,12 @@ enum ReceiverKind {
     Luminance {
         /// Name of the receivers.
         name: String,
-        /// The eye.
+        /// Position of the eye.
         position: Vector,
         /// Directions of view.
         #[schemars(length(min = 1))]
         directions: Option<Vec<Vector>>,
-        /// Directions turned about an axis.
+        /// Directions in a fan about an axis.
         fan: Option<Fan>,
         /// A picture on a flat screen.
         view: Option<View>,
@@ -404,19 +404,19 @@ enum ReceiverKind {
     Ugr {
         /// Name of the receiver.
         name: String,
-        /// The eye.
+        /// Position of the eye.
         position: Vector,
         /// Line of sight.
         view_direction: Vector,
-        /// Where the background luminance is taken: at the eye ("observer", default), or on the walls between eye and
-        /// luminaires in the mean ("tabular", as UGR tables have it).
+        /// Where the background luminance is determined: at the eye ("observer", default), or as a mean over the walls between eye and
+        /// luminaires ("tabular", as in UGR tables).
         background: Option<BackgroundName>,
-        /// What the ratings are to keep.
+        /// Requirements of the ratings.
         requirements: Option<Requirements>,
     },
     /// A whole room for an entry of EN 12464-1: task area, cylinders at the height of people's heads, walls, ceiling and observers.
     Room {
-        /// Name of the room; its sets are called after it.
+        /// Name of the room; the names of its receiver sets begin with it.
         name: String,
         /// The room: a box that faces inward, or a mesh whose parts are rectangles.
         surface: String,
@@ -429,7 +429,7 @@ enum ReceiverKind {
         /// Width of a strip along the walls that is left out of the task area; 0.5 m by default.
         #[schemars(range(min = 0.0))]
         margin: Option<f64>,
-        /// The entry.
+        /// The entry of EN 12464-1.
         requirements: RoomRequirements,
     },
     /// Unified glare ratings of observers over a parallelogram, each looking in all directions of view.
@@ -447,7 +447,7 @@ enum ReceiverKind {
     UgrGridOverSurface {
         /// Name of the receivers.
         name: String,
-        /// Distance of the eyes from the front of the surface; 1.2 m without it.
+        /// Distance of the eyes from the front of the surface; 1.2 m by default.
         #[schemars(range(min = 0.0))]
         height: Option<f64>,
         #[schemars(flatten)]
@@ -459,17 +459,17 @@ enum ReceiverKind {
     Intensity {
         /// Name of the receiver.
         name: String,
-        /// Direction of γ = 0; [0, 0, -1] without it.
+        /// Direction of γ = 0; [0, 0, -1] by default.
         aim: Option<Vector>,
-        /// Turn from C0 towards C90 about it.
+        /// Rotation of C0 towards C90 about this direction, in degrees.
         rotation_deg: Option<f64>,
-        /// C planes, evenly turned (default 24); a single one stands for the mean over all.
+        /// Number of C planes, evenly spaced (default 24); a single one is the mean over all.
         #[schemars(range(min = 1, max = 720))]
         c_planes: Option<u32>,
-        /// Step of γ in degrees (default 5), a whole part of 180.
+        /// Step of γ in degrees (default 5): 180 divided by a whole number.
         #[schemars(range(min = 0.5, max = 45.0))]
         gamma_step_deg: Option<f64>,
-        /// Luminous opening that the files name: extents along C0–C180, along C90–C270, and its height; a point without it.
+        /// Luminous opening that the files name: extents along C0–C180, along C90–C270, and its height; a point by default.
         #[schemars(length(min = 3, max = 3))]
         luminous_opening: Option<Vec<f64>>,
     },

@@ -159,7 +159,7 @@ impl Run<'_> {
             let by_gathering = match can_gather {
                 true if mean_lx > 0.0 => Ok(job.work_by_gathering(self.context, error)),
                 true => Err("its pilot found no light"),
-                false => Err("it knows no luminances, nor light that only chains find"),
+                false => Err("it computes no luminances, and no light that only chains find"),
             };
             if choice::settle(self.context, job, by_gathering, target) {
                 job.start_gathering(self.context, error, self.settings.chains);
@@ -375,7 +375,7 @@ impl Run<'_> {
         };
         job.stop_gathering(self.context);
         job.method_reason = format!(
-            "cells, and what was gathered through them, took all of their {} MB of memory",
+            "cells, and the results gathered through them, used up their {} MB of memory",
             self.most_bytes_of_cells >> 20
         );
         job.next_judgement = job.first_samples();
@@ -407,7 +407,7 @@ impl Run<'_> {
         let job = &mut self.jobs[index];
         if in_haste && !job.knows_its_bias() {
             job.stop_gathering(self.context);
-            job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
+            job.method_reason = "the run ended before walks could measure the error of the cells".to_owned();
         }
         let is_too_long = || in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays;
         if job.kind != MapKind::Elements || job.is_black() || !is_too_long() {
@@ -416,7 +416,7 @@ impl Run<'_> {
         }
         if job.engine == Engine::Gather {
             job.stop_gathering(self.context);
-            job.method_reason = "a first look at every element by gathering would take too long".to_owned();
+            job.method_reason = "a first sample of every element by gathering would take too long".to_owned();
         }
         let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
         let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));

@@ -9,11 +9,11 @@ use crate::validation::report_md::table as md_table;
 use crate::validation::words::{date, duration, escaped, percent, rounded_count, significant};
 
 const HOW_TO_READ: [&str; 5] = [
-    "Every row is many runs of one map, each with a seed of its own, to the same target. The truth is exact, so each run's true error is known, which its user never knows.",
-    "Covered is the share of the error bars (Student's t with 15 degrees of freedom, nominally 95.4 %) that hold the truth. Met is how many of the runs that said “target met” truly are at or under the target; at least 95 % should be, and the bound is what chance leaves of it.",
-    "Bias is the mean error over all runs of a value, beside the error that the value states: the share of the values for which it is at most a third (of 300 seeds and more, 99 % must be), and the largest, four of its own standard errors less, over what is stated (at most a third). The mean bias is that of the whole map, in its own standard errors.",
-    "Cost is the mean of the rays over those of an oracle that knows the expected error and stops where it equals the target. It may be 1.3 where the error has 200 degrees of freedom and more, else 1.2·χ²(k, 95 %)/k.",
-    "Forecasts are of the rays at the end; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
+    "Every row summarises many runs of one map, each with its own seed, to the same target. The truth is exact, so each run's true error is known; a user never knows it.",
+    "Covered is the share of the error bars (Student's t with 15 degrees of freedom, nominally 95.4 %) that contain the truth. Met is the number of runs that said “target met” and truly are at or below the target; at least 95 % should be, and the bound allows for chance.",
+    "Bias is the mean error of a value over all runs, compared with the error that the value states. Given are the share of the values for which it is at most a third (with 300 seeds or more, 99 % must be), and the largest bias, less four of its own standard errors, divided by the stated error (at most a third). The mean bias is that of the whole map, in its own standard errors.",
+    "Cost is the mean number of rays divided by that of an oracle that knows the expected error and stops where it equals the target. It may be 1.3 where the error has 200 degrees of freedom or more, otherwise 1.2·χ²(k, 95 %)/k.",
+    "Forecasts predict the rays at the end of the run. A forecast is compared with the actual number, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
 ];
 
 /// Table with one row per campaign.
@@ -88,16 +88,16 @@ fn failures(campaigns: &[Campaign]) -> Vec<String> {
         let (met, said) = campaign.met();
         if !campaign.covers() {
             let coverage = percent(campaign.coverage(AT_NOMINAL));
-            found.push(format!("{name}: error bars hold the truth in {coverage} instead of {}", percent(NOMINAL)));
+            found.push(format!("{name}: error bars contain the truth in {coverage} instead of {}", percent(NOMINAL)));
         }
         if !campaign.biases.is_small() {
             let (share, worst) = (percent(campaign.biases.share_within()), significant(campaign.biases.worst(), 2));
             found.push(format!(
-                "{name}: the mean error is at most a third of the stated one at {share} of the values, and {worst} of it beyond chance at the worst"
+                "{name}: the mean error is at most a third of the stated one at {share} of the values; the largest, beyond chance, is {worst} of it"
             ));
         }
         if said < campaign.runs.len() {
-            found.push(format!("{name}: {} runs ended without their target", campaign.runs.len() - said));
+            found.push(format!("{name}: {} runs ended without meeting their target", campaign.runs.len() - said));
         }
         if met < fewest_met(said) {
             found.push(format!("{name}: {met} of {said} runs truly met their target, fewer than {}", fewest_met(said)));
@@ -105,7 +105,7 @@ fn failures(campaigns: &[Campaign]) -> Vec<String> {
         if !campaign.is_thrifty() {
             let most = significant(most_cost(campaign.degrees_of_freedom()), 3);
             let cost = significant(campaign.cost(), 3);
-            found.push(format!("{name}: {cost} times an oracle's rays, more than {most} (told, not failed)"));
+            found.push(format!("{name}: {cost} times an oracle's rays, more than {most} (reported, not a failure)"));
         }
     }
     found
@@ -128,15 +128,15 @@ pub fn calibration_html(campaigns: &[Campaign], settings: &CampaignSettings, uni
     let pictures = [
         (
             coverage_picture(campaigns),
-            "How many of the error bars of a nominal level hold the truth, less that level, in points of per cent. Honest bars lie on the line.",
+            "Share of the error bars of a nominal level that contain the truth, minus that level, in percentage points. If the error bars are right, the points lie on the line.",
         ),
         (
             error_picture(campaigns),
-            "True error of every run at the moment it said “target met”, over its target: a dot a run. At most one in twenty should lie to the right of the line.",
+            "True error of every run at the moment it said “target met”, divided by its target: one dot per run. At most one in twenty should lie to the right of the line.",
         ),
         (
             forecast_picture(campaigns),
-            "Forecast of the rays at the end over what they came to, against the share of the run that was done.",
+            "Forecast of the rays at the end divided by their actual number, against the share of the run that was done.",
         ),
     ];
     for (picture, caption) in pictures {

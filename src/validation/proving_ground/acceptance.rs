@@ -49,10 +49,14 @@ pub fn remarks(proof: &Proof) -> Vec<String> {
     for room in &proof.rooms {
         let sums = room.sums(None);
         if sums.missed > 0 {
-            found.push(format!("{}: {} maps ended without their target", room.name(), sums.missed));
+            found.push(format!("{}: {} maps ended without meeting their target", room.name(), sums.missed));
         }
         if sums.unjudged > 0 {
-            found.push(format!("{}: the reference is not exact enough to judge {} maps", room.name(), sums.unjudged));
+            found.push(format!(
+                "{}: the reference is not accurate enough to judge {} maps",
+                room.name(),
+                sums.unjudged
+            ));
         }
     }
     let mut reasons: Vec<String> = Vec::new();

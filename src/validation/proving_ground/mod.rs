@@ -49,6 +49,6 @@ pub fn scene_of(room: &Room) -> Result<Scene, CaseError> {
 }
 
 fn error_of(path: &Path, what: &str, got: &str) -> CaseError {
-    let expected = "a folder that can be written, and rooms that can be read";
-    CaseError::new(path, what, got, expected, "name another folder, or make room on the disk")
+    let expected = "a writable folder, and rooms that can be read";
+    CaseError::new(path, what, got, expected, "name another folder, or free some disk space")
 }

@@ -31,7 +31,7 @@ pub fn error_picture(proof: &Proof) -> String {
         let (top, plot) = area.split_vertically(28);
         let signs = [
             (Sign::Dot(MEASURED), "rooms that methods are tuned on".to_owned()),
-            (Sign::Dot(OTHER), "rooms that they are not".to_owned()),
+            (Sign::Dot(OTHER), "rooms to judge only".to_owned()),
             (Sign::Line(EXACT), "true = stated".to_owned()),
         ];
         legend(&top, &signs)?;
@@ -69,8 +69,8 @@ pub fn forecast_picture(proof: &Proof) -> String {
         let (top, plot) = area.split_vertically(28);
         let signs = [
             (Sign::Line(MEASURED), "rooms that methods are tuned on".to_owned()),
-            (Sign::Line(OTHER), "rooms that they are not".to_owned()),
-            (Sign::Line(EXACT), "what came true".to_owned()),
+            (Sign::Line(OTHER), "rooms to judge only".to_owned()),
+            (Sign::Line(EXACT), "actual value".to_owned()),
         ];
         legend(&top, &signs)?;
         FORECASTS.draw(&plot, |chart| {
@@ -130,7 +130,7 @@ fn cost_bars(area: &PlotArea, ratios: &[(&RoomProof, [Option<f64>; 2])]) -> Draw
         .light_line_style(TRANSPARENT)
         .bold_line_style(FAINT)
         .y_labels(2 * ratios.len() + 2)
-        .x_desc("processor seconds to the same true error, over those of auto")
+        .x_desc("processor seconds to the same true error, divided by those of auto")
         .label_style((TEXT.0, 11))
         .x_label_formatter(&|value| tick(*value))
         .y_label_formatter(&row_name)

@@ -12,12 +12,12 @@ use crate::validation::report_md::table as md_table;
 use crate::validation::words::{date, escaped, percent, rounded_count, significant};
 
 const HOW_TO_READ: [&str; 6] = [
-    "Every room is made by rule from a kind and a seed; luxmc new room makes it as files. Rooms of even seeds are those that methods may be tuned on. Those of odd seeds are for judging alone.",
-    "The truth of a room is a long run of walks (method collision). Its own error is known from its replicas and is taken off: the squared true error is the mean squared deviation less the squared error of the reference. Where the reference is not exact enough for a target, that is said and nothing is judged.",
-    "Met counts the maps that said “target met” and truly are at or under their target; 95 % should be. Worst is the largest true error over the target. Held is the share of the single error bars (Student's t, nominally 95 %) that hold the truth.",
-    "Seconds are those of the processor, building the tree of rays included and reading files not. Walks are the reference run, brought to the target by seconds ∝ 1/error², set by set. The rival is one run, brought to the target in the same way by its true error, which it does not know; auto stops by itself, and its true error is mostly below the target.",
-    "Forecasts are those of runs that took a second or more and met their target. The latest that a run had made when so much of its rays was done is held against what the run came to; held is the share of the 90 % intervals that did.",
-    "A ratio is seconds of walks, or of the rival, over those of auto. Worst is the smallest: the room in which auto gains least. Rooms in which a run missed its target have no ratio.",
+    "Every room is generated from a kind and a seed; luxmc new room writes its files. Methods may be tuned on rooms of even seeds. Rooms of odd seeds are used only to judge.",
+    "The truth of a room is a long run of walks (method collision). Its own error is known from its replicas and is subtracted: the squared true error is the mean squared deviation minus the squared error of the reference. Where the reference is not accurate enough for a target, the report says so and judges nothing.",
+    "Met counts the maps that said “target met” and truly are at or below their target; 95 % should be. Worst is the largest true error divided by the target. Held is the share of the single error bars (Student's t, nominally 95 %) that contain the truth.",
+    "Seconds are processor seconds; they include building the tree of rays, but not reading files. The seconds of walks are those of the reference run, scaled to the target by seconds ∝ 1/error², set by set. Those of the rival are of one run, scaled to the target in the same way by its true error, which it does not know. Auto stops by itself, and its true error is mostly below the target.",
+    "Forecasts are those of runs that took a second or more and met their target. For each share of its rays, the latest forecast that a run had made by then is compared with the run's actual total; held is the share of the 90 % intervals that contain it.",
+    "A ratio is seconds of walks, or of the rival, divided by those of auto. Worst is the smallest: the room in which auto gains least. Rooms in which a run missed its target have no ratio.",
 ];
 
 fn dash(number: Option<f64>) -> String {
@@ -219,18 +219,19 @@ fn pictures(proof: &Proof, settings: &ProofSettings) -> Vec<(&'static str, Strin
     let mut pictures = vec![(
         "proving-ground-errors.svg",
         error_picture(proof),
-        "True against stated error of every map that said “target met”. Dots above the line are off by more than they say."
+        "True error against stated error of every map that said “target met”. For dots above the line the true error is larger than stated."
             .to_owned(),
     )];
     if let Some((target, target_error)) = drawn_target(settings) {
         let caption = format!(
-            "What walks and the rival take to a true error of {}, over what auto takes. To the right of the line auto is ahead.",
+            "Seconds of walks and of the rival to a true error of {}, divided by those of auto. To the right of the line auto is faster.",
             percent(target_error)
         );
         pictures.push(("proving-ground-costs.svg", cost_picture(proof, target, target_error), caption));
     }
     if proof.forecasts(Group::All).next().is_some() {
-        let caption = "Forecast of a run's rays over what they came to, against the share of them that was done.";
+        let caption =
+            "Forecast of a run's rays divided by their actual number, against the share of them that was done.";
         pictures.push(("proving-ground-forecasts.svg", forecast_picture(proof), caption.to_owned()));
     }
     pictures

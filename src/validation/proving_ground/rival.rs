@@ -63,7 +63,7 @@ pub fn run_rival(rival: &Rival, scene: &Scene, reference: &Reference) -> Result<
     let number = |name: &str| {
         let at = printed.iter().position(|word| *word == name);
         let number = at.and_then(|at| printed.get(at + 1)).and_then(|word| word.parse::<f64>().ok());
-        number.ok_or_else(|| format!("{}: it does not tell {name}", program.display()))
+        number.ok_or_else(|| format!("{}: its output has no {name}", program.display()))
     };
     let cost = Cost { rays: number("rays")?, cpu_s: number("cpu_s")? };
     let values = std::fs::read(&output).map_err(words)?;

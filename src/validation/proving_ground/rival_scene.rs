@@ -29,7 +29,7 @@ pub fn rival_scene(scene: &Scene) -> Result<Vec<u8>, String> {
         add_luminaire(scene, luminaire, &mut points, &mut shining)?;
     }
     if shining.len() > MOST_SHINING {
-        return Err(format!("{} shining triangles; it takes {MOST_SHINING}", shining.len()));
+        return Err(format!("{} luminous triangles; it takes at most {MOST_SHINING}", shining.len()));
     }
     let receivers = || scene.receivers.iter().flat_map(|set| &set.points);
 
@@ -100,7 +100,7 @@ fn add_luminaire(
             }
         }
         _ => {
-            return Err(format!("\"{}\" is a luminaire that it does not know", luminaire.name));
+            return Err(format!("\"{}\" is a luminaire of a type that it does not support", luminaire.name));
         }
     }
     Ok(())

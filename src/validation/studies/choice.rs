@@ -24,7 +24,7 @@ const LEAST_RAYS: f64 = 1e6;
 /// Target errors.
 const TARGETS: [f64; 3] = [0.05, 0.03, 0.01];
 
-const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Means of three seeds. Rays are all that are counted, pilots and what was given up included. The ratio is auto's cost over the best of the others, in rays and in seconds, each by its own best. Auto weighs work: rays, and what choosing among luminaires takes beside them; so it may take more rays than another method and less time. Runs below 0.3 s are repeated four times, and the least time counts. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes, stand in the case comparisons.";
+const SETTING: &str = "Every map is computed to the same targets by auto and by each fixed method that auto could have chosen instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Values are means of three seeds. Rays are all counted rays, including pilots and abandoned methods. The ratio is auto's cost over that of the best of the others, in rays and in seconds, each against its own best. Auto considers work: rays, and the choice among luminaires besides them; so it may take more rays than another method and less time. Runs below 0.3 s are repeated four times, and the least time counts. Gathering is not a choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is stopped (“>”). Light meshes and radiosity, which auto never chooses, are in the case comparisons.";
 
 const CUBE: &str = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.8 } },
     "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward", "material": "paint"EDGE } ],
@@ -226,7 +226,7 @@ pub fn choice(wishes: &mut StudyWishes) -> Result<Findings, String> {
         rays.1
     ));
     found.results.push(if worse.is_empty() {
-        format!("In seconds it is nowhere above {MOST_RATIO} times.")
+        format!("In seconds it is never above {MOST_RATIO} times.")
     } else {
         format!("In seconds it is above {MOST_RATIO} times for: {}.", worse.join("; "))
     });

@@ -14,7 +14,7 @@ const STEP_M: f64 = 0.1;
 /// Maximum number of shadow rays of a run. Beyond it only every n-th receiver sends rays, and the time is scaled up.
 const MOST_RAYS: f64 = 4e7;
 
-const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against the shadow rays. Times marked * were measured on a part of the receivers, evenly spread, and scaled to all.";
+const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against shadow rays. Times marked * were measured on a subset of the receivers, evenly spread, and scaled to all.";
 
 /// One size of the problem.
 struct CrossingRow {
@@ -92,11 +92,11 @@ fn by_count(row: &CrossingRow) -> f64 {
 
 fn tell_crossing(rows: &[CrossingRow], what: &str, size: fn(&CrossingRow) -> f64) -> String {
     let words = |gain: fn(&CrossingRow) -> f64| match crossing(rows, size, gain) {
-        Some(size) => format!("from some {} {what} on", grouped(two_digits(size))),
-        None if rows.iter().all(|row| gain(row) >= 1.0) => format!("with every number of {what} tried"),
-        None => format!("with no number of {what} tried"),
+        Some(size) => format!("from about {} {what} on", grouped(two_digits(size))),
+        None if rows.iter().all(|row| gain(row) >= 1.0) => format!("with every tested number of {what}"),
+        None => format!("with no tested number of {what}"),
     };
-    format!("The mesh is the quicker way {}; it sends fewer rays {}.", words(by_time), words(by_count))
+    format!("The mesh is faster {}; it sends fewer rays {}.", words(by_time), words(by_count))
 }
 
 fn finish(name: &'static str, rows: &[CrossingRow], what: &str, size: fn(&CrossingRow) -> f64) -> Findings {
@@ -104,7 +104,7 @@ fn finish(name: &'static str, rows: &[CrossingRow], what: &str, size: fn(&Crossi
     found.results.push(tell_crossing(rows, what, size));
     if let Some(best) = rows.iter().max_by(|one, other| by_time(one).total_cmp(&by_time(other))) {
         found.results.push(format!(
-            "With {} luminaires and {} receivers it is {} times as fast, at an error of {}.",
+            "With {} luminaires and {} receivers it is {} times as fast, with an error of {}.",
             best.luminaires,
             grouped(best.receivers as u64),
             significant(by_time(best), 3),

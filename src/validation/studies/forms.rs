@@ -101,7 +101,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let exact = world.by_rays(&points_m, 1, f64::INFINITY);
     let mut found = Findings::of(
         "light-mesh-forms",
-        "The black hall of the study of steps, 20 m × 20 m, with 24 crates and 49 point lamps; receivers on its floor. Both forms are made of the very same mesh points, those inside of solids left out, no local visibility: *visibility* keeps which lamps a point sees and gives each lamp's own light by the share of points that see it (Debelov and Novikov 2009); *scalar* keeps one number, Σ V Φ/(1 m + r) over Σ Φ/(1 m + r), and multiplies the unhidden light of all lamps by it (Debelov and Sevastyanov 2001, eqs. 1 to 3, made a share so that it has a unit). Places take them from the nearest point, from the corners of their cell, or from all points within R = 1.25 h with a weight φ₄ of 1 (as the 2001 paper has it) or of 1 − d/R. Errors are against shadow rays.",
+        "The black hall of the study of steps, 20 m × 20 m, with 24 crates and 49 point lamps; receivers on its floor. Both forms use the same mesh points, without those inside solids and without local visibility. *Visibility* stores which lamps a point sees and weights each lamp's own light by the share of points that see it (Debelov and Novikov 2009). *Scalar* stores one number, Σ V Φ/(1 m + r) over Σ Φ/(1 m + r), and multiplies the unhidden light of all lamps by it (Debelov and Sevastyanov 2001, eqs. 1 to 3, made a share so that it has a unit). Receivers interpolate from the nearest point, from the corners of their cell, or from all points within R = 1.25 h with a weight φ₄ of 1 (as in the 2001 paper) or of 1 − d/R. Errors are against shadow rays.",
     );
     let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
     let mut rows = Vec::new();
@@ -143,7 +143,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let [visibility, scalar] = DirectForm::ALL.map(least);
     if visibility.is_finite() && scalar.is_finite() {
         found.results.push(format!(
-            "On the finest mesh visibility is off by {} at best and the scalar by {}: which lamp is hidden is not in one number, and no finer mesh brings it back.",
+            "On the finest mesh the error of visibility is {} at best and that of the scalar {}: one number does not contain which lamp is hidden, and no finer mesh adds that.",
             percent(visibility),
             percent(scalar)
         ));

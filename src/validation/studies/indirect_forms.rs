@@ -125,12 +125,12 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], edge);
     // Points under crates are dark and do not test the interpolation.
     points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + 1e-3 * DVec3::Z).0);
-    (wishes.tell)(&format!("{} places, {of_places} walks each", points_m.len()));
+    (wishes.tell)(&format!("{} points, {of_places} walks each", points_m.len()));
     let exact = by_walks(&world, &points_m, of_places);
     let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
     let mut found = Findings::of(
         "light-mesh-indirect",
-        "The hall of the study of steps with surfaces that reflect a half, and nine lamps at 3 m that shine to all sides; places on its floor beside the crates, indirect light alone. Both forms are made of the same mesh points, those inside of solids left out, no local visibility: *scalar* keeps the light from all sides, of which a surface gets a quarter (Debelov and Sevastyanov 2001, eqs. 4 to 6); *plane* what a plane through the point gets that faces up. Places take them from the nearest point, from the corners of their cell, or from all points within R = 1.25 h with a weight φ₅ of 1 (as the 2001 paper has it) or of 1 − d/R. Errors are against walks from the places.",
+        "The hall of the study of steps with surfaces that reflect a half, and nine lamps at 3 m that shine to all sides; receivers on its floor beside the crates, indirect light alone. Both forms use the same mesh points, without those inside solids and without local visibility. *Scalar* stores the light from all sides, of which a surface gets a quarter (Debelov and Sevastyanov 2001, eqs. 4 to 6). *Plane* stores the light that an upward plane through the point receives. Receivers interpolate from the nearest point, from the corners of their cell, or from all points within R = 1.25 h with a weight φ₅ of 1 (as in the 2001 paper) or of 1 − d/R. Errors are against walks from the receivers.",
     );
     let (mut rows, mut lines, mut finest) = (Vec::new(), Vec::new(), Vec::new());
     for (number, count) in counts.iter().enumerate() {
@@ -167,7 +167,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
         finest.iter().filter(|(form, _)| *form == of).map(|(_, error)| *error).fold(f64::INFINITY, f64::min)
     };
     found.results.push(format!(
-        "The mean is {} lx. On the finest mesh planes are off by {} at best and the scalar by {}: no weight tells where the light of one number comes from.",
+        "The mean is {} lx. On the finest mesh the error of planes is {} at best and that of the scalar {}: no weight shows from which direction the light of one number comes.",
         significant(mean_lx, 3),
         percent(least(0)),
         percent(least(1))

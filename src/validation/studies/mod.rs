@@ -84,19 +84,19 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         name: "light-mesh-savings",
-        title: "What each acceleration of the light mesh saves",
+        title: "Savings by each acceleration of the light mesh",
         run: savings::accelerations,
     },
     Study { name: "light-mesh-memory", title: "Memory of the light mesh, sparse against dense", run: savings::memory },
     Study { name: "light-mesh-steps", title: "Error of the light mesh against its step and radius", run: steps::steps },
     Study {
         name: "light-mesh-forms",
-        title: "Direct light on the mesh as one number and as visibility, by four ways of taking it",
+        title: "Direct light on the mesh as one number and as visibility, with four interpolations",
         run: forms::forms,
     },
     Study {
         name: "light-mesh-indirect",
-        title: "Indirect light on the mesh as one number and by planes, by four ways of taking it",
+        title: "Indirect light on the mesh as one number and by planes, with four interpolations",
         run: indirect_forms::indirect_forms,
     },
     Study {
@@ -106,12 +106,12 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         name: "light-mesh-sources",
-        title: "An area as 1, 5, 25 and 225 point sources, and by the light mesh",
+        title: "An area source as 1, 5, 25 and 225 point sources, and by the light mesh",
         run: sources::sources,
     },
     Study {
         name: "shadow-rivals",
-        title: "Shadows as games make them beside the light mesh and shadow rays",
+        title: "Shadow methods of games compared with the light mesh and shadow rays",
         run: shadow_rivals::shadow_rivals,
     },
     Study {
@@ -119,7 +119,7 @@ pub const STUDIES: &[Study] = &[
         title: "Cost against the number of triangles, luminaires and receivers",
         run: scaling::scaling,
     },
-    Study { name: "choice", title: "What the method auto costs beside the best fixed choice", run: choice::choice },
+    Study { name: "choice", title: "Cost of the method auto compared with the best fixed method", run: choice::choice },
 ];
 
 /// The studies with this name: one, all light-mesh studies, or none.
@@ -129,7 +129,7 @@ pub fn studies_named(name: &str) -> Vec<&'static Study> {
 }
 
 /// Note for readers of results with small sizes.
-const QUICK: &str = "Small sizes: they show that the study works, not what a method is worth.";
+const QUICK: &str = "Small sizes: they show that the study works, not how good a method is.";
 
 /// Results of a study.
 #[derive(Clone, Debug)]

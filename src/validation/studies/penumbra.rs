@@ -46,7 +46,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
         (0..PLACES).map(|i| DVec3::new(HALF_M * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0), 0.0137, 0.0)).collect();
     let mut found = Findings::of(
         "light-mesh-penumbra",
-        "The shadow of a board's edge 2 m above the floor, the source at 4.4 m straight over the edge. Widths lie between a tenth and nine tenths of the light of the open side. A mesh that looks at points of the ball finds its real penumbra as h falls; a mesh that knows a point alone makes an edge of its own width, whatever the source: the papers' soft shadow, right for one size of source at one distance.",
+        "The shadow of a board's edge 2 m above the floor, with the source at 4.4 m straight above the edge. Widths are measured between one tenth and nine tenths of the light on the open side. A mesh that samples points of the ball finds its real penumbra as h decreases. A mesh that samples only one point gives an edge of its own width, whatever the size of the source: the papers' soft shadow, right for one size of source at one distance.",
     );
     let ball = world(&format!(
         r#"{{ "name": "ball", "type": "sphere", "center": [0,0,{SOURCE_M}], "radius": {BALL_M}, "luminous_flux_lm": 1000 }}"#
@@ -66,7 +66,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     add_line("ball, shadow rays", &exact.lx);
     let mut rows = vec![vec![
         format!("ball of {BALL_M} m"),
-        format!("{looks} shadow rays from every place"),
+        format!("{looks} shadow rays from every point"),
         String::new(),
         String::new(),
         format!("{real_m:.3}"),
@@ -97,7 +97,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
             }
             rows.push(vec![
                 if source == "ball" { format!("ball of {BALL_M} m") } else { source.to_owned() },
-                if source == "ball" { "mesh, 64 points of the ball" } else { "mesh alone softens the edge" }.to_owned(),
+                if source == "ball" { "mesh, 64 points of the ball" } else { "softened by the mesh alone" }.to_owned(),
                 step_m.to_string(),
                 ratio.to_string(),
                 format!("{width:.3}"),
@@ -106,7 +106,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
         }
     }
     found.results.push(format!(
-        "The ball's penumbra is {:.3} m wide as a whole by similar triangles, {real_m:.3} m between a tenth and nine tenths; the finest mesh finds {:.3} m.",
+        "By similar triangles the whole penumbra of the ball is {:.3} m wide, {real_m:.3} m between one tenth and nine tenths; the finest mesh finds {:.3} m.",
         whole_width_m(),
         finest.unwrap_or(f64::NAN)
     ));
@@ -114,7 +114,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     found.tables.push(("Widths".to_owned(), Table { header, text_columns: vec![0, 1], rows }));
     found.pictures.push((
         "Profiles across the edge".to_owned(),
-        profiles(["place across the edge, m", "illuminance over the open side's"], [-0.6, 0.6], &lines),
+        profiles(["position across the edge, m", "illuminance over that of the open side"], [-0.6, 0.6], &lines),
     ));
     Ok(found)
 }

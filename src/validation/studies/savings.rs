@@ -84,7 +84,7 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
         if wishes.quick { (96, &STEPS_M[..1], &RADII[..1]) } else { (1024, &STEPS_M, &RADII) };
     let mut found = Findings::of(
         "light-mesh-savings",
-        "Two open-air scenes 400 m wide, two lamps, receivers on the lawn (those under things left out). MU1: the ray tree. MU2: templates of the points near a place. MU3: outer points first. MU4: flags of what lies inside of solids. Each column adds one to those before it. Debelov and Novikov (2009) saved 65% of the time with MU1 alone on a scene of 300 triangles, and 50% on one of 27,000. Errors are against shadow rays; all shadows here are hard, so the error is that of the mesh's blur.",
+        "Two open-air scenes 400 m wide, two lamps, receivers on the lawn (without those under objects). MU1: the ray tree. MU2: templates of the mesh points near a receiver. MU3: outer points first. MU4: flags of points inside solids. Each column adds one acceleration to those before it. Debelov and Novikov (2009) saved 65% of the time with MU1 alone on a scene of 300 triangles, and 50% on one of 27,000. Errors are against shadow rays; all shadows here are hard, so the error is that of the mesh's blur.",
     );
     let mut rows = Vec::new();
     for place in places(edge)? {
@@ -198,7 +198,7 @@ fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), St
         "quicker than first",
         "RMS error",
     ];
-    let caption = "Against shadow rays; steps of 1 m, of half as many points in space (1.26 m), and of half as many along an edge (2 m)";
+    let caption = "Against shadow rays; steps of 1 m, of 1.26 m (half as many points in space) and of 2 m (half as many along an edge)";
     found.tables.push((caption.to_owned(), Table { header, text_columns: vec![0], rows }));
     Ok(())
 }
@@ -216,7 +216,7 @@ pub fn memory(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, steps_m): (usize, &[f64]) = if wishes.quick { (96, &STEPS_M[..1]) } else { (1024, &STEPS_M) };
     let mut found = Findings::of(
         "light-mesh-memory",
-        "The scenes of the study of savings. Sparse: what the run used. Dense: every point of a mesh over the whole scene, a word of bits and a byte each.",
+        "The scenes of the study of savings. Sparse: memory that the run used. Dense: a word of bits and a byte for every point of a mesh over the whole scene.",
     );
     let (mut rows, mut least, mut most) = (Vec::new(), f64::INFINITY, 0.0f64);
     for place in places(edge)? {
@@ -239,7 +239,7 @@ pub fn memory(wishes: &mut StudyWishes) -> Result<Findings, String> {
         }
     }
     found.results.push(format!(
-        "The sparse tree takes {} to {} times less than a dense mesh.",
+        "The sparse tree takes {} to {} times less memory than a dense mesh.",
         significant(least, 2),
         significant(most, 2)
     ));

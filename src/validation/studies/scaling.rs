@@ -35,7 +35,7 @@ const FURNITURE_M: [[[f64; 3]; 2]; 6] = [
 const LAMPS_M: f64 = 2.9;
 const WORK_PLANE_M: f64 = 0.8;
 
-const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Points inside of furniture (one in twenty) are left out. Triangles: the same surfaces cut ever finer, by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by ever more of them in a square array, as points that shine down and as square panels; 1,024 receivers, some 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Three seeds of each size (one where a run takes over 30 s): seconds are those of the quickest, since other work of the machine only adds; the rest are medians. Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that lie a factor of 8 apart or more; 1 is linear. Seconds are of the machine and its load, rays are not.";
+const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Points inside furniture (one in twenty) are left out. Triangles: the same surfaces, split ever finer by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by more and more of them in a square array, as points that shine down and as square panels; 1,024 receivers, about 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Three seeds of each size (one if a run takes over 30 s). Seconds are those of the fastest run, since other work on the machine only adds time; the rest are medians. Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that differ by a factor of 8 or more; 1 is linear. Seconds depend on the machine and its load, rays do not.";
 
 /// Results for one size.
 struct SizeRow {
@@ -293,7 +293,7 @@ fn add(found: &mut Findings, what: &str, rows: &[SizeRow], slopes: &mut Vec<Vec<
             lines.push(PlotLine { name: format!("{cost}, s"), places });
         }
     }
-    found.tables.push((format!("Ever more {what}"), sizes_table(rows)));
+    found.tables.push((format!("More and more {what}"), sizes_table(rows)));
     found.pictures.push((format!("Seconds against the number of {what}"), log_log([what, "seconds"], &lines)));
     let rays = [PlotLine { name: "rays".to_owned(), places: rows.iter().map(|row| (row.size, row.rays)).collect() }];
     found.pictures.push((format!("Rays against the number of {what}"), log_log([what, "rays"], &rays)));
@@ -343,7 +343,7 @@ pub fn scaling(wishes: &mut StudyWishes) -> Result<Findings, String> {
         let [first, last] = [*first as f64, *last as f64];
         let sorting = 1.0 + (last.ln().ln() - first.ln().ln()) / (last.ln() - first.ln());
         found.results.push(format!(
-            "Reading and building sort triangles, which takes n log n: over all their sizes that is a slope of {sorting:.2}."
+            "Reading and building sort triangles, which takes n log n: over all sizes that corresponds to a slope of {sorting:.2}."
         ));
     }
     let header = vec!["against", "cost", "slope of all sizes", "slope at the end"];

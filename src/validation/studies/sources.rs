@@ -24,7 +24,7 @@ pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let count = if wishes.quick { 64 } else { 500 };
     let mut found = Findings::of(
         "light-mesh-sources",
-        "A black hall of 20 m × 20 m with 24 crates under one bright ball of 0.3 m at a height of 3.5 m; a grid of receivers on its floor. The ball is one point, or 5, 25 and 225, each a shadow ray; the mesh (h = 0.1 m, R = 1.25 h) holds 64 of its points. Errors are against a quadrature with 4,096 points of the ball. Debelov and Novikov (2009) report times of 2 : 6 : 172 for pictures with 1, 5 and 225 sources. A picture sends a ray of view to every place besides the shadow rays: counted so, N sources cost 1 + N rays a place.",
+        "A black hall of 20 m × 20 m with 24 crates under one bright ball of 0.3 m at a height of 3.5 m; a grid of receivers on its floor. The ball is replaced by 1, 5, 25 or 225 points with a shadow ray to each; the mesh (h = 0.1 m, R = 1.25 h) uses 64 points on it. Errors are against a quadrature with 4,096 points on the ball. Debelov and Novikov (2009) report times of 2 : 6 : 172 for pictures with 1, 5 and 225 sources. A picture sends a view ray to every point besides the shadow rays: counted in this way, N sources cost 1 + N rays a point.",
     );
     let ball =
         r#"{ "name": "ball", "type": "sphere", "center": [9.3,10.4,3.5], "radius": 0.3, "luminous_flux_lm": 5000 }"#;

@@ -50,7 +50,7 @@ pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
     if let (Some((first_m, first)), Some((last_m, last))) = (lines[1].places.first(), lines[1].places.last()) {
         let slope = (last / first).ln() / (last_m / first_m).ln();
         found.results.push(format!(
-            "With R = 1.25 h the error falls from {} at {first_m} m to {} at {last_m} m, like h to the power of {slope:.2}.",
+            "With R = 1.25 h the error falls from {} at {first_m} m to {} at {last_m} m, in proportion to h to the power of {slope:.2}.",
             percent(0.01 * first),
             percent(0.01 * last)
         ));

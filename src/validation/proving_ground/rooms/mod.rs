@@ -34,8 +34,8 @@ pub struct Kind {
 /// All kinds of rooms.
 pub const KINDS: &[Kind] = &[
     Kind { name: "furnished", what: "desks, chairs on legs, cupboards, ceiling panels", furnish: offices::furnished },
-    Kind { name: "uplit", what: "lit by way of the ceiling alone", furnish: offices::uplit },
-    Kind { name: "white", what: "reflectances of about 0.9 all over", furnish: offices::white },
+    Kind { name: "uplit", what: "lit only by reflection from the ceiling", furnish: offices::uplit },
+    Kind { name: "white", what: "all reflectances about 0.9", furnish: offices::white },
     Kind { name: "dark", what: "reflectances of 0.02 to 0.12, with furniture", furnish: offices::dark },
     Kind { name: "glossy", what: "Phong floor and furniture, a mirror on a wall", furnish: offices::glossy },
     Kind { name: "coffers", what: "panels at the bottom of deep coffers in the ceiling", furnish: offices::coffers },
@@ -61,7 +61,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "curved", what: "a vault, columns, balls, a curved bench", furnish: shapes::curved },
     Kind {
         name: "faulty-input",
-        what: "T-junctions, faces that stand twice or face the other way",
+        what: "T-junctions, duplicate faces, faces with flipped normals",
         furnish: shapes::faulty_input,
     },
 ];

@@ -100,14 +100,14 @@ pub fn shadow_rivals(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, maps): (usize, [usize; 2]) = if wishes.quick { (64, [128, 256]) } else { (512, [512, 2048]) };
     let mut found = Findings::of(
         "shadow-rivals",
-        "The open-air scenes of the studies of light meshes, 400 m wide, with two balls of 8 m radius 220 and 260 m high for lamps; receivers on the lawn. *Shadow map*: a texel keeps how far light of a lamp's centre gets, and the share of lit texels about a place is its light (percentage-closer filtering; Reeves, Salesin and Cook 1987). *Single-sample*: light changes evenly over 5 m to either side of the map's hard edge (Brabec and Seidel 2002). *Wedges*: soft shadow volumes of the silhouettes that a lamp's centre sees (Assarsson and Akenine-Möller 2003). *Outward*: what the centre does not light is black, and light comes up outside of that (Parker, Shirley and Smits 1998). All take the unhidden illuminance from the same formula, so that they differ in shadows alone. Errors are against 256 looks at each ball. Here a ray fills a texel; games let the graphics card do that, so that of times only those of the same kind compare.",
+        "The open-air scenes of the studies of light meshes, 400 m wide, with two balls of 8 m radius 220 and 260 m high as lamps; receivers on the lawn. *Shadow map*: a texel stores how far light from a lamp's centre reaches, and the share of lit texels around a point is its light (percentage-closer filtering; Reeves, Salesin and Cook 1987). *Single-sample*: light changes evenly over 5 m to either side of the map's hard edge (Brabec and Seidel 2002). *Wedges*: soft shadow volumes of the silhouettes seen from a lamp's centre (Assarsson and Akenine-Möller 2003). *Outward*: points that the centre does not light are black, and the light increases outside of them (Parker, Shirley and Smits 1998). All use the same formula for the unhidden illuminance, so they differ only in shadows. Errors are against 256 shadow rays to each ball. Here a ray fills a texel; games leave that to the graphics card, so only times of the same kind can be compared.",
     );
     let mut rows = Vec::new();
     for (name, things, depth) in [("gazebo", gazebo(), 400.0), ("playground", playground(), 350.0)] {
         let (balls, points_m) = place_of(name, &things, depth, Lamps::Balls { radius_m: BALL_M }, edge)?;
         let (points, _) = place_of(name, &things, depth, Lamps::Points, 2)?;
         let lit_scene = LitScene { name, balls, points, points_m, size_m: [400.0, depth] };
-        (wishes.tell)(&format!("{name}: {LOOKS} looks at each lamp"));
+        (wishes.tell)(&format!("{name}: {LOOKS} shadow rays to each lamp"));
         let exact = lit_scene.balls.by_rays(&lit_scene.points_m, LOOKS, if wishes.quick { 1e6 } else { MOST_RAYS });
         let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
         let mut ways: Vec<(String, Lit)> = Vec::new();
@@ -141,7 +141,7 @@ pub fn shadow_rivals(wishes: &mut StudyWishes) -> Result<Findings, String> {
             those.map(|(_, lit)| errors_lx(lit, &exact)[0]).fold(f64::INFINITY, f64::min)
         };
         found.results.push(format!(
-            "{name} ({} triangles, {} receivers, mean {} lx): shadow maps are off by {} lx at best, single-sample soft shadows by {}, outward ones by {}, wedges by {}, the light mesh by {}; 16 shadow rays to each lamp by {}.",
+            "{name} ({} triangles, {} receivers, mean {} lx): the errors are {} lx at best for shadow maps, {} for single-sample soft shadows, {} for outward ones, {} for wedges, {} for the light mesh; {} for 16 shadow rays to each lamp.",
             grouped(lit_scene.balls.scene.triangles.len() as u64),
             grouped(lit_scene.points_m.len() as u64),
             significant(mean_lx, 3),
