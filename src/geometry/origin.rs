@@ -76,7 +76,7 @@ pub(super) fn pull_in([second, third]: [f64; 2], least: Vec3) -> [f64; 2] {
         return [second, third];
     }
     // Clamping and distributing the rest keeps the point's position along the edge.
-    let over = [first - least.x, second - least.y, third - least.z].map(|weight| weight.max(0.0));
+    let over = [(first - least.x).max(0.0), (second - least.y).max(0.0), (third - least.z).max(0.0)];
     let share = free / (over[0] + over[1] + over[2]).max(f64::MIN_POSITIVE);
     [least.y + over[1] * share, least.z + over[2] * share]
 }

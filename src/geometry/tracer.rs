@@ -242,7 +242,8 @@ impl Tracer {
 
     #[inline]
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
-        let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
+        let barycentric_f32 = [barycentric[0] as f32, barycentric[1] as f32];
+        let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric_f32 };
         if let Some(of) = body_of(&self.tree.bodies, triangle) {
             let (place_m, front) = of.body.place(triangle, barycentric);
             let normal = if side == Side::Front { front } else { -front };

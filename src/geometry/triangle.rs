@@ -127,7 +127,7 @@ impl Crossings {
     /// Returns the crossing of one crossed triangle.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Crossing {
-        let weights = Vec3::from(self.weights.map(|lanes| lanes[lane]));
+        let weights = Vec3::new(self.weights[0][lane], self.weights[1][lane], self.weights[2][lane]);
         Crossing { t: self.t[lane], weights, sum: self.sum[lane] }
     }
 }
@@ -152,7 +152,8 @@ impl Ray {
     pub fn new(origin: Vec3A, direction: Vec3A) -> Ray {
         let magnitude = direction.abs();
         let along = direction.to_array();
-        let [x_y, x_z, y_z] = [(0, 1), (0, 2), (1, 2)].map(|(one, other)| magnitude[one] > magnitude[other]);
+        let [x, y, z] = magnitude.to_array();
+        let (x_y, x_z, y_z) = (x > y, x > z, y > z);
         // Uses tables, because a branch would be mispredicted.
         let last = LARGEST[usize::from(x_y) | usize::from(x_z) << 1 | usize::from(y_z) << 2];
         let axes = FRAMES[last][usize::from(along[last] > 0.0)];
@@ -169,7 +170,7 @@ impl Ray {
             direction,
             inverse,
             axes,
-            translation: axes.map(|axis| from[axis]),
+            translation: [from[axes[0]], from[axes[1]], from[axes[2]]],
             shear: [along[axes[0]] / along[last], along[axes[1]] / along[last]],
             scale: 1.0 / along[last],
             near: [down & 1, down >> 1 & 1, down >> 2 & 1],
@@ -181,7 +182,7 @@ impl Ray {
     fn project(&self, block: &Block) -> [[[f32; LANES]; 3]; 3] {
         let mut projected = [[[0.0; LANES]; 3]; 3];
         let [x, y, z] = &mut projected;
-        let [xs, ys, zs] = self.axes.map(|axis| &block.corners[axis]);
+        let [xs, ys, zs] = [&block.corners[self.axes[0]], &block.corners[self.axes[1]], &block.corners[self.axes[2]]];
         for corner in 0..3 {
             for lane in 0..LANES {
                 z[corner][lane] = zs[corner][lane] - self.translation[2];

@@ -222,7 +222,7 @@ impl FewBeacons {
 
     /// Returns the probability with which [`FewBeacons::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32, weights: &Weights) -> f64 {
-        let [first, end] = [0, 1].map(|next| self.firsts[emitter as usize + next] as usize);
+        let (first, end) = (self.firsts[emitter as usize] as usize, self.firsts[emitter as usize + 1] as usize);
         let weight: f64 = weights.starting_at(first).take(end - first).sum();
         if weights.total > 0.0 { weight / weights.total } else { 0.0 }
     }
@@ -234,7 +234,9 @@ impl BeaconBlock {
     fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {
         let [mut weights, mut cosines] = [[0.0; LANES]; 2];
         for (lane, (weight, reached)) in weights.iter_mut().zip(&mut cosines).enumerate() {
-            let offset = [0, 1, 2].map(|axis| self.center[axis][lane] - point[axis]);
+            let of_lane = |axes: &[[f32; LANES]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
+            let center = of_lane(&self.center);
+            let offset = [center[0] - point.x, center[1] - point.y, center[2] - point.z];
             let dot = |[x, y, z]: [f32; 3]| offset[0] * x + offset[1] * y + offset[2] * z;
             let squared = larger(dot(offset), LEAST_SQUARED_M2);
             let inverse = 1.0 / squared.sqrt();
@@ -242,7 +244,7 @@ impl BeaconBlock {
             // For a point inside the ball, the emitter can be anywhere above the horizon.
             let within = if spread >= 1.0 { 1.0 } else { 0.0 };
             let at_receiver = larger((dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0), within);
-            let cosine = spread - dot([0, 1, 2].map(|axis| self.axis[axis][lane])) * inverse;
+            let cosine = spread - dot(of_lane(&self.axis)) * inverse;
             let even = larger(self.is_even[lane], within);
             let profile = larger(cosine.clamp(0.0, 1.0), even);
             let most = self.most_per_m2[lane];

@@ -180,7 +180,7 @@ impl QuasiPoint {
     /// Returns the point with its next two coordinates confined to a square.
     #[inline]
     pub fn confined(&self, square: Square) -> QuasiPoint {
-        let [level, row, column] = [square.level, square.row, square.column].map(u32::from);
+        let (level, row, column) = (u32::from(square.level), u32::from(square.row), u32::from(square.column));
         let branch = if level == 0 { 0 } else { CONFINED | level << 16 | row << 8 | column };
         QuasiPoint { branch, branch_start: self.dimension, ..*self }
     }

@@ -107,7 +107,7 @@ impl SeenTriangle {
             .max((c - centroid).length_squared())
             .sqrt();
         let distance = centroid.length();
-        let spherical = corners.map(|corner| corner.normalize_or_zero());
+        let spherical = [a.normalize_or_zero(), b.normalize_or_zero(), c.normalize_or_zero()];
         let drawing = match radius < FAR_RADIUS_PER_DISTANCE * distance {
             true => Drawing::Thinned((distance - radius).powi(-3)),
             false => Drawing::Spherical(SphericalTriangle::of(corners, spherical)),
@@ -180,7 +180,7 @@ impl RisenTriangle {
     /// Prepares a triangle whose corners are relative to the viewing point, in m, for a unit normal. `None` if no corner is above the
     /// horizon.
     pub fn new(corners: [DVec3; 3], normal: DVec3) -> Option<RisenTriangle> {
-        let heights = corners.map(|corner| corner.dot(normal));
+        let heights = [corners[0].dot(normal), corners[1].dot(normal), corners[2].dot(normal)];
         match heights.iter().filter(|height| **height > 0.0).count() {
             0 => None,
             3 => {

@@ -47,7 +47,8 @@ const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
 #[inline(always)]
 fn polynomial(c: &[f64; 8], x: f64) -> f64 {
     let squared = x * x;
-    let [low, high] = [0, 4].map(|first| (c[first] + c[first + 1] * x) + (c[first + 2] + c[first + 3] * x) * squared);
+    let low = (c[0] + c[1] * x) + (c[2] + c[3] * x) * squared;
+    let high = (c[4] + c[5] * x) + (c[6] + c[7] * x) * squared;
     low + high * (squared * squared)
 }
 
@@ -60,7 +61,8 @@ pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
     let (quarter, angle) = (rounded.to_bits(), (turns - 0.25 * (rounded - TO_WHOLE)) * TAU);
     let a = angle * angle;
     // Taylor's series with products by constants, because divisions would take most of the time.
-    let [sin, cos] = [angle * polynomial(&SINE, a), 1.0 + a * polynomial(&COSINE, a)].map(f64::to_bits);
+    let sin = (angle * polynomial(&SINE, a)).to_bits();
+    let cos = (1.0 + a * polynomial(&COSINE, a)).to_bits();
     // Quarter turns exchange sine and cosine and change their signs. This is done by bits, because a branch would be mispredicted.
     let exchanged = (sin ^ cos) & (quarter & 1).wrapping_neg();
     let turned = |bits: u64, quarters: u64| f64::from_bits((bits ^ exchanged) ^ (quarters & 2) << 62);

@@ -89,7 +89,8 @@ impl TriangleEmitter {
 
     /// Returns its corners relative to a point, in m.
     pub(super) fn seen_from(&self, point_m: DVec3) -> [DVec3; 3] {
-        self.corners_m.map(|corner| corner - point_m)
+        let [a, b, c] = self.corners_m;
+        [a - point_m, b - point_m, c - point_m]
     }
 }
 
