@@ -170,7 +170,11 @@ fn sums_that_are_no_numbers_and_files_that_are_none_are_refused() {
     changed["record"]["rays"] = json!(u64::MAX);
     let (exit, told) = shares.merge(&sealed(changed, &sums), "rays");
     assert!(exit == 2 && told.contains("counts 18446744073709551615"), "{exit} {told}");
-    for (file, word) in [(&b""[..], "cut off"), (&[0; 4096][..], "cut off"), (&b"luxmc share 1 \n{}\n"[..], "digest")] {
+    for (file, word) in [
+        (&b""[..], "ends within its header"),
+        (&[0; 4096][..], "ends within its header"),
+        (&b"luxmc share 1 \n{}\n"[..], "digest"),
+    ] {
         let (exit, told) = shares.merge(file, "no share");
         assert!(exit == 2 && told.contains(word), "{exit} {told}");
     }

@@ -160,7 +160,7 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     }
     for words in [
         "maintenance factor 0.80",
-        "is at most 5.0",
+        "stated error of at most 5.0",
         "--target-error 0.05",
         "troffer 1 … troffer 12",
         "Electric power 384 W",

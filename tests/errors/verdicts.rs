@@ -93,7 +93,7 @@ fn a_run_for_verdicts_stops_where_all_is_decided() {
     assert_eq!((&told["target_error"], &told["target_met"]), (&0.03.into(), &true.into()), "one look was enough");
     assert_eq!(told["stop_reason"], "verdicts_decided");
     assert_eq!(told["maps"].as_array().map(Vec::len), Some(1), "nothing is required of the elements");
-    assert!(told["notes"].to_string().contains("a run to stated errors of 3.00 % looked"), "{}", told["notes"]);
+    assert!(told["notes"].to_string().contains("a run to stated errors of 3.00 % tried"), "{}", told["notes"]);
 
     std::fs::write(&scene, room("")).expect("a file");
     let refused = run(&["solve", text(&scene), "--out", text(&out), "--target", "verdicts"]);

@@ -422,7 +422,7 @@ pub const CASES: &[Case] = &[
         "\"probes.csv\", \"quantity\": \"semi-cylindrical\", \"direction\": [1,0,0], \"requirements\": { \"en_12464_1\": \"34.2\" } }",
         "\"34.2\"",
         "receivers[2].requirements.en_12464_1",
-        "a semi-cylindrical one",
+        "another quantity: semi-cylindrical",
     ),
     case(
         "\"probes.csv\" }",
