@@ -31,7 +31,7 @@ const FAR_SIZE_OVER_DISTANCE: f64 = 0.025;
 /// ```
 #[inline]
 pub fn triangle_illuminance_factor(point: DVec3, normal: DVec3, corners: [DVec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner - point);
+    let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
     let edge_ab = corners[1] - corners[0];
     let edge_bc = corners[2] - corners[1];
     let edge_ca = corners[0] - corners[2];

@@ -44,7 +44,7 @@ pub struct CellKey {
 impl CellKey {
     /// 64-bit hash of the key. Among ten million cells, the chance that any two have the same hash is 3 in a million.
     fn fingerprint(&self) -> u64 {
-        let [x, y, z] = self.cube.map(|number| number as u32);
+        let [x, y, z] = [self.cube[0] as u32, self.cube[1] as u32, self.cube[2] as u32];
         // Each number is mixed before the next joins it. Otherwise low bits of the kind and of the cube would cancel, and a cell would
         // equal its neighbour for rays from the other side.
         let mut bits = 0;
@@ -167,7 +167,8 @@ impl CellGrid {
     #[inline]
     pub fn above(&self, key: CellKey) -> Option<CellKey> {
         let at_top = key.level() as i32 >= self.coarsest;
-        (!at_top).then(|| CellKey { cube: key.cube.map(|number| number >> 1), kind: key.kind + (1 << LEVEL_BIT) })
+        let [x, y, z] = key.cube;
+        (!at_top).then(|| CellKey { cube: [x >> 1, y >> 1, z >> 1], kind: key.kind + (1 << LEVEL_BIT) })
     }
 
     /// Number of levels.

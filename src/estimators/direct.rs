@@ -389,7 +389,8 @@ fn point_over_element(
     element: &Element,
     stream: &mut Stream,
 ) -> Option<f64> {
-    let [a, b, c] = element.corners_m.map(|corner| corner - point.position_m);
+    let [a, b, c] = element.corners_m;
+    let [a, b, c] = [a - point.position_m, b - point.position_m, c - point.position_m];
     let facing = -(b - a).cross(c - a).dot(a);
     let side = element.id.side;
     if (side == Side::Front && facing <= 0.0) || (side == Side::Back && facing >= 0.0) {

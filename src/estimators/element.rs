@@ -7,7 +7,7 @@ use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
-use crate::scene::{ElementSide, Elements, Scene, body_of};
+use crate::scene::{ElementSide, Elements, Scene, body_of, positions_m};
 
 /// An element side with all that its samples need.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +35,11 @@ impl Element {
     /// The element side with a number.
     pub fn of(stage: &Stage, scene: &Scene, elements: &Elements, index: u32) -> Element {
         let id = elements.element(index);
+        let corners = elements.corners(&id);
         Element {
             id,
-            corners_m: elements.corners_m(scene, id),
-            corners: elements.corners(&id),
+            corners_m: positions_m(scene, id.triangle, corners),
+            corners,
             normal: stage.normal(id.triangle, id.side),
             curved: body_of(stage.bodies(), id.triangle).is_some(),
             area_m2: elements.area_m2(scene, id),

@@ -208,6 +208,7 @@ impl Elements {
     }
 
     /// Returns the element side of a number.
+    #[inline]
     pub fn element(&self, index: u32) -> ElementSide {
         let (uncut, path) = self.leaves.as_ref().map_or((index, WHOLE), |leaves| leaves.part_and_path(index));
         let (triangle, local) = self.uncut(uncut);
@@ -242,17 +243,14 @@ impl Elements {
     }
 
     /// Barycentric coordinates `(u, v)` of the three corners of an element in its triangle.
+    #[inline]
     pub fn corners(&self, element: &ElementSide) -> [[f64; 2]; 3] {
         corners_of(part_corners(self.divisions[element.triangle as usize], element.part), element.path)
     }
 
     /// Corners of an element in m, in the same sense of rotation as the front of its triangle.
     pub fn corners_m(&self, scene: &Scene, element: ElementSide) -> [DVec3; 3] {
-        if let Some(body) = body_of(&scene.bodies, element.triangle) {
-            return self.corners(&element).map(|at| body.place(element.triangle, at).0);
-        }
-        let [a, b, c] = scene.corners_m(element.triangle);
-        self.corners(&element).map(|[u, v]| a + u * (b - a) + v * (c - a))
+        positions_m(scene, element.triangle, self.corners(&element))
     }
 
     /// Middle of an element in m, and the unit normal of its side there.
@@ -280,6 +278,18 @@ impl Elements {
         }
         scene.triangle_area_m2(element.triangle) / (divisions * divisions)
     }
+}
+
+/// Positions in m of three points of a triangle, from their barycentric coordinates `(u, v)`.
+#[inline]
+pub fn positions_m(scene: &Scene, triangle: u32, [first, second, third]: [[f64; 2]; 3]) -> [DVec3; 3] {
+    if let Some(body) = body_of(&scene.bodies, triangle) {
+        let place_m = |at: [f64; 2]| body.place(triangle, at).0;
+        return [place_m(first), place_m(second), place_m(third)];
+    }
+    let [a, b, c] = scene.corners_m(triangle);
+    let place_m = |[u, v]: [f64; 2]| a + u * (b - a) + v * (c - a);
+    [place_m(first), place_m(second), place_m(third)]
 }
 
 /// Returns the number of the part at a point. Parts are numbered in rows of constant v. Row `j` has `2(n − j) − 1` parts, upright and

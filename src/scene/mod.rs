@@ -72,7 +72,7 @@ mod weather;
 mod weld;
 
 pub use bodies::{Body, body_of};
-pub use elements::{ElementSide, Elements, Side};
+pub use elements::{ElementSide, Elements, Side, positions_m};
 pub use emission::Emission;
 pub use energy::Energy;
 pub use error::{Refusal, SceneError, TextPlace};
