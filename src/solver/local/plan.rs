@@ -25,11 +25,11 @@ const WORK_A_CHAIN: f64 = 2e4;
 /// rooms chains have thousands of vertices.
 const FEWEST_ENTRIES: usize = 4;
 const MOST_ENTRIES: usize = 256;
-const MOST_PAIRS: usize = 500_000;
+const MOST_PAIRS: usize = 2_000_000;
 /// Lower limit for the allowed number of pairs, and pairs per ray of work at stake. A pair is evaluated at some thirty bounds and
 /// thresholds, in half the time of a ray.
-const FEWEST_PAIRS: usize = 80_000;
-const PAIRS_AT_STAKE: f64 = 0.03;
+const FEWEST_PAIRS: usize = 250_000;
+const PAIRS_AT_STAKE: f64 = 0.1;
 /// Approximate number of vertices that it stores, some 150 bytes each: in nearly white rooms single chains have hundreds of thousands.
 const MOST_VERTICES: usize = 400_000;
 /// For a pilot that traces its connections: most entries, and the share of the work at stake that its connections may take.
