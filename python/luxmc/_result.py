@@ -295,7 +295,8 @@ class Result:
 
     @property
     def stop_reason(self) -> str:
-        """Why the run ended: ``target_met``, ``chains``, ``time_limit``, ``interrupted``, ``exact`` or ``finest_mesh``."""
+        """Why the run ended: ``target_met``, ``chains``, ``time_limit``, ``interrupted``, ``exact``,
+        ``finest_mesh``, ``shares``, ``verdicts_decided`` or ``undecided``."""
         return str(self.summary["stop_reason"])
 
     @property

@@ -30,6 +30,7 @@ const SLIGHT: [&str; 9] = [
     "header",
     "gamma runs from",
     "cannot be chosen by --maps",
+    "can only stand alone in --maps",
     "parallelogram",
 ];
 
