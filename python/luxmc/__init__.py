@@ -1,4 +1,4 @@
-"""luxmc computes illuminance and luminance of a lit scene, with an error it can vouch for.
+"""luxmc computes illuminance and luminance of a lit scene, with a measured error.
 
 >>> import luxmc
 >>> scene = luxmc.Scene(
@@ -13,7 +13,7 @@
 >>> 110 < desk.average < 120
 True
 
-The whole of it: ``docs/python.md``.
+Full guide: ``docs/python.md``.
 """
 
 from ._core import __version__

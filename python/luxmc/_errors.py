@@ -1,4 +1,4 @@
-"""Exceptions: the command line's words, and a class for each of its exit codes."""
+"""Exceptions: one class for each exit code of the command line, with the same messages."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 
 
 class LuxmcError(Exception):
-    """Anything that luxmc could not do; ``exit_code`` is what the program would have ended with."""
+    """Base class of all errors of luxmc. ``exit_code`` is the exit code of the command line for the same error."""
 
     exit_code: int = 2
 
 
 class RefusedError(LuxmcError, ValueError):
-    """Bad input or options that do not go together: what, where, what was expected, and a remedy. Exit code 2.
+    """Invalid input or conflicting options. The message states the fault, its place, what was expected, and a remedy. Exit code 2.
 
     >>> import luxmc
     >>> try:
@@ -29,7 +29,7 @@ class RefusedError(LuxmcError, ValueError):
 
 
 class TargetMissedError(LuxmcError):
-    """A limit ended the run before its target; ``result`` has what was found. Exit code 3. Only ``Result.check`` raises it."""
+    """A limit ended the run before its target was met. ``result`` has the results so far. Exit code 3. Only ``Result.check`` raises it."""
 
     exit_code = 3
 
@@ -45,7 +45,7 @@ class UnwrittenError(LuxmcError, OSError):
 
 
 class RunInterruptedError(LuxmcError):
-    """The run was interrupted; ``result`` has what was found. Exit code 130. Only ``Result.check`` raises it."""
+    """The run was interrupted. ``result`` has the results so far. Exit code 130. Only ``Result.check`` raises it."""
 
     exit_code = 130
 
@@ -54,6 +54,6 @@ class RunInterruptedError(LuxmcError):
         self.result = result
 
 
-# Users know them by the package's name.
+# Tracebacks show the classes under the name of the package.
 for _class in (LuxmcError, RefusedError, TargetMissedError, UnwrittenError, RunInterruptedError):
     _class.__module__ = "luxmc"

@@ -22,7 +22,7 @@ def _axes(ax: Any) -> Any:
 
 
 def _words(of: "Map", what: Optional[str]) -> str:
-    """What the colours stand for."""
+    """Name of the quantity that the colours show."""
     if what is not None:
         for unit in ("_lx", "_cd_m2"):
             what = what[: -len(unit)] if what.endswith(unit) else what
@@ -67,7 +67,7 @@ def plot_map(
 
 
 def _plan(of: "Map", ax: Any, numbers: Any, levels: Optional[Sequence[float]], cmap: str) -> Any:
-    """A grid or points as seen along the normal of the first one."""
+    """Draws a grid or points, seen along the axis that is nearest to the normal of the first point."""
     along, across, names = _directions(of)
     x, y = of.positions @ along, of.positions @ across
     counts = ~of.inside
@@ -87,7 +87,7 @@ def _plan(of: "Map", ax: Any, numbers: Any, levels: Optional[Sequence[float]], c
 
 
 def _directions(of: "Map") -> Any:
-    """Two directions that span the plane best, and their names: x and y of a floor, one of them and z of a wall."""
+    """The two coordinate directions closest to the plane, and their names: x and y for a floor, x or y and z for a wall."""
     axis = int(np.argmax(np.abs(of.normals[0]))) if len(of) else 2
     first, second = [(1, 2), (0, 2), (0, 1)][axis]
     unit = np.eye(3)

@@ -1,4 +1,4 @@
-"""Results: maps as numpy arrays, tables, summary, files, pictures."""
+"""Results: maps as numpy arrays, tables, summary, files and plots."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 
 class Map:
-    """One map of a result: a receiver set, or ``elements``, those of all surfaces.
+    """One map of a result: a receiver set, or ``elements``, the elements of all surfaces.
 
-    Arrays have an entry for each point, or side of an element, in the order of ``receivers.csv`` and ``elements.csv``, and the very
-    numbers that stand there. A set of luminances has them in cd/m² (``luminance_cd_m2``), one of intensities in cd (``intensity_cd``, an
-    entry for each end of the axis and each direction between), any other in lx (``illuminance_lx``).
+    Arrays have one entry for each point or each side of an element. Order and numbers are the same as in ``receivers.csv`` and
+    ``elements.csv``. A set of luminances has its values in cd/m² (``luminance_cd_m2``), a set of intensities in cd (``intensity_cd``,
+    one entry for each end of the axis and for each direction between). Any other set has its values in lx (``illuminance_lx``).
     """
 
     def __init__(self, told: Dict[str, Any], result: "Result") -> None:
@@ -45,7 +45,7 @@ class Map:
 
     @property
     def quantity(self) -> str:
-        """What is told: ``perpendicular``, ``cylindrical``, ``semi-cylindrical``, ``luminance``, ``ugr``, ``intensity``."""
+        """The quantity: ``perpendicular``, ``cylindrical``, ``semi-cylindrical``, ``luminance``, ``ugr``, ``intensity``."""
         return str(self._told["quantity"])
 
     @property
@@ -55,23 +55,23 @@ class Map:
 
     @property
     def shape(self) -> Optional[Tuple[int, int]]:
-        """Rows and columns of a grid or a view; ``values.reshape(map.shape)`` is the picture."""
+        """Rows and columns of a grid or a view; ``values.reshape(map.shape)`` is the picture. None for other kinds."""
         shape = self._told["shape"]
         return None if shape is None else (int(shape[0]), int(shape[1]))
 
     @property
     def method(self) -> str:
-        """The method that computed it."""
+        """The method that computed the map."""
         return str(self._told["method"])
 
     @property
     def bound(self) -> bool:
-        """Whether the target binds it."""
+        """Whether the target applies to the map."""
         return bool(self._told["bound"])
 
     @property
     def target_met(self) -> Optional[bool]:
-        """Whether its target was met; None without one."""
+        """Whether the map met its target. None without a target."""
         met: Optional[bool] = self._told["target_met"]
         return met
 
@@ -82,17 +82,17 @@ class Map:
 
     @property
     def random_error(self) -> float:
-        """Part of it that is chance."""
+        """Part of the stated error that is random."""
         return float(self._told["random_error"])
 
     @property
     def bias(self) -> float:
-        """Part of it that is the method's."""
+        """Part of the stated error that is the bias of the method."""
         return float(self._told["bias"])
 
     @property
     def discretisation_error(self) -> float:
-        """Part of it that elements cannot show."""
+        """Part of the stated error that comes from the size of the elements."""
         return float(self._told["discretisation_error"])
 
     def _array(self, key: str, unit: str, name: str) -> Array:
@@ -111,7 +111,7 @@ class Map:
 
     @property
     def illuminance_lx(self) -> Array:
-        """Illuminance in lx; of glare ratings that of the background at the eye."""
+        """Illuminance in lx. For glare ratings, illuminance of the background at the eye."""
         return self._array("value", "lx", "illuminance_lx")
 
     @property
@@ -121,22 +121,22 @@ class Map:
 
     @property
     def direct_lx(self) -> Array:
-        """The part that has met nothing on its way."""
+        """Direct illuminance in lx: light that has met no surface on its way."""
         return self._array("direct", "lx", "direct_lx")
 
     @property
     def indirect_lx(self) -> Array:
-        """The rest."""
+        """Indirect illuminance in lx: all other light."""
         return self._array("indirect", "lx", "indirect_lx")
 
     @property
     def even_lx(self) -> Array:
-        """Illuminance by the even half of the run, which knows nothing of the odd one."""
+        """Illuminance from the even half of the run, which is independent of the odd half."""
         return self._array("even", "lx", "even_lx")
 
     @property
     def odd_lx(self) -> Array:
-        """Illuminance by the odd half."""
+        """Illuminance from the odd half of the run."""
         return self._array("odd", "lx", "odd_lx")
 
     @property
@@ -161,13 +161,13 @@ class Map:
 
     @property
     def values(self) -> Array:
-        """The numbers in the map's own unit."""
+        """The values of the map, in its ``unit``."""
         found: Array = self._told["value"]
         return found
 
     @property
     def standard_errors(self) -> Array:
-        """Their standard errors."""
+        """The standard errors of ``values``, in the same unit."""
         found: Array = self._told["standard_error"]
         return found
 
@@ -185,13 +185,13 @@ class Map:
 
     @property
     def weights(self) -> Array:
-        """What each counts in averages: the area of elements in m², and of points where they have one."""
+        """Weights in averages: the area of each element, or of each point that has one, in m²."""
         found: Array = self._told["weights"]
         return found
 
     @property
     def inside(self) -> NDArray[np.bool_]:
-        """Whether a point lies inside of a closed solid, and counts for nothing."""
+        """Whether a point lies inside a closed solid. Points inside do not count in averages."""
         found: NDArray[np.bool_] = self._told.get("inside", np.zeros(len(self.values), bool))
         return found
 
@@ -214,12 +214,12 @@ class Map:
 
     @property
     def average(self) -> float:
-        """Weighted mean of the values that count: Ē of a receiver set."""
+        """Weighted mean of all values but those of points inside solids: Ē of a receiver set."""
         counts = ~self.inside
         return float(np.average(self.values[counts], weights=self.weights[counts])) if counts.any() else 0.0
 
     def to_pandas(self) -> Any:
-        """The rows of ``receivers.csv``, ``luminance.csv``, ``ugr.csv``, ``intensity.csv`` or ``elements.csv`` that are this map's (needs pandas)."""
+        """This map's rows of ``receivers.csv``, ``luminance.csv``, ``ugr.csv``, ``intensity.csv`` or ``elements.csv`` (needs pandas)."""
         if self.kind == "elements":
             return self._result._frame("elements.csv")
         file = {"luminance": "luminance.csv", "ugr": "ugr.csv", "intensity": "intensity.csv"}.get(self.quantity, "receivers.csv")
@@ -227,7 +227,7 @@ class Map:
         return frame[frame["receiver"] == self.name].reset_index(drop=True)
 
     def plot(self, ax: Any = None, **keys: Any) -> Any:
-        """False colours of a grid or view, points in plan; see ``Result.plot``."""
+        """Draws a grid or a view in false colours, or points in plan; see ``Result.plot``."""
         from ._plot import plot_map
 
         return plot_map(self, ax, **keys)
@@ -241,7 +241,7 @@ class Map:
 
 
 class Result:
-    """What a run found out. ``result["work plane"]`` is a ``Map``; iterating gives their names."""
+    """The results of a run. ``result["work plane"]`` is a ``Map``. Iteration gives the names of the maps."""
 
     def __init__(self, scene: Scene, solution: _core.Solution) -> None:
         self.scene = scene
@@ -250,7 +250,7 @@ class Result:
 
     @property
     def map_names(self) -> List[str]:
-        """Names of the maps: ``elements`` first, where it was computed, then receiver sets as the scene has them."""
+        """Names of the maps: first ``elements``, if it was computed, then the receiver sets in the order of the scene."""
         return self._solution.map_names
 
     def __getitem__(self, name: str) -> Map:
@@ -277,35 +277,36 @@ class Result:
 
     @property
     def summary(self) -> Dict[str, Any]:
-        """``summary.json``: that of the files last saved, or of a run without files."""
+        """Content of ``summary.json`` as last saved, or as for a run that writes no files."""
         found: Dict[str, Any] = json.loads(self._solution.summary)
         return found
 
     @property
     def estimated_error(self) -> float:
-        """Worst stated error of the maps that the target binds; infinite where there is none."""
+        """Largest stated error of the maps to which the target applies. Infinite if no error can be stated."""
         error = self.summary["estimated_error"]
         return float("inf") if error is None else float(error)
 
     @property
     def target_met(self) -> Optional[bool]:
-        """Whether the target was met; None without one."""
+        """Whether the target was met. None without a target."""
         met: Optional[bool] = self.summary["target_met"]
         return met
 
     @property
     def stop_reason(self) -> str:
-        """Why the run ended: ``target_met``, ``chains``, ``time_limit``, ``interrupted``, ``exact`` or ``finest_mesh``."""
+        """Why the run ended: ``target_met``, ``chains``, ``time_limit``, ``interrupted``, ``exact``,
+        ``finest_mesh``, ``shares``, ``verdicts_decided`` or ``undecided``."""
         return str(self.summary["stop_reason"])
 
     @property
     def exit_code(self) -> int:
-        """What the command line would have ended with: 0, 3 (target missed) or 130 (interrupted)."""
+        """The exit code that the command line would return: 0, 3 (target missed) or 130 (interrupted)."""
         return self._solution.exit_code
 
     @property
     def closing_words(self) -> str:
-        """How the run ended and where its flux went, in the command line's words."""
+        """How the run ended and where its flux went, in the words of the command line."""
         return self._solution.closing_words
 
     @property
@@ -315,7 +316,7 @@ class Result:
 
     @property
     def files(self) -> Dict[str, bytes]:
-        """The tables of the run by the names of their files: ``tables.csv``, ``receivers.csv``, …"""
+        """The tables of the run, by file name: ``tables.csv``, ``receivers.csv``, …"""
         return self._files
 
     @cached_property
@@ -330,7 +331,7 @@ class Result:
         return [{key: value if key in texts else float(value) for key, value in row.items()} for row in rows]
 
     def table(self, name: str) -> Dict[str, Union[str, float]]:
-        """The row of ``tables.csv`` of a receiver set, or of the front of a surface."""
+        """The row of ``tables.csv`` for a receiver set, or for the front of a surface."""
         for row in self.tables:
             if row["name"] == name:
                 return row
@@ -338,7 +339,7 @@ class Result:
         raise KeyError(f"there is no row {name!r} in tables.csv; there are {names}")
 
     def check(self) -> "Result":
-        """The result itself; raises TargetMissedError or RunInterruptedError where the command line had not ended with 0."""
+        """Returns the result itself. Raises TargetMissedError for exit code 3 and RunInterruptedError for exit code 130."""
         if self.exit_code == TargetMissedError.exit_code:
             raise TargetMissedError(self.closing_words, self)
         if self.exit_code == RunInterruptedError.exit_code:
@@ -346,7 +347,7 @@ class Result:
         return self
 
     def save(self, directory: Union[str, "os.PathLike[str]"], *, plots: str = "svg") -> "Result":
-        """Writes what ``luxmc solve --out DIR`` writes; ``plots`` are ``svg``, ``png``, both separated by a comma, or ``none``."""
+        """Writes the files that ``luxmc solve --out DIR`` writes. ``plots`` is ``svg``, ``png``, both separated by a comma, or ``none``."""
         self._solution.save(Path(directory), plots)
         return self
 
@@ -355,20 +356,21 @@ class Result:
 
         if file not in self._files:
             raise KeyError(f"this run has no {file}; it has {', '.join(self._files)}")
-        # Names stay names, whatever they are; halves that a method does not have are missing numbers.
+        # Names such as "NA" stay texts. An empty field of a half that the method does not compute is a missing number.
         missing = {"even_lx": [""], "odd_lx": [""]}
         text = io.BytesIO(self._files[file])
-        # Pandas from 3 on reads decimals to the nearest number by itself, and warns of being asked for it.
+        # From version 3 on, pandas reads decimals to the nearest number by default, and warns if the option is given.
         exact = {} if int(pandas.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
         return pandas.read_csv(text, keep_default_na=False, na_values=missing, **exact)
 
     def to_pandas(self, name: Optional[str] = None) -> Any:
-        """A frame of a map, or without a name of ``tables.csv`` (needs pandas)."""
+        """A data frame of the map with this name, or of ``tables.csv`` without a name (needs pandas)."""
         return self._frame("tables.csv") if name is None else self[name].to_pandas()
 
     def plot(self, name: str, ax: Any = None, **keys: Any) -> Any:
         """Draws a map with matplotlib and returns the axes: a grid in false colours with isolux lines, a view as a picture, points in
-        plan. ``levels`` names the isolux lines in lx, ``cmap`` the colours, ``what`` another array such as ``"standard_error_lx"``."""
+        plan. ``levels`` are the isolux lines in lx, ``cmap`` is the colour map, ``what`` selects another array, such as
+        ``"standard_error_lx"``."""
         return self[name].plot(ax, **keys)
 
     def __repr__(self) -> str:

@@ -16,7 +16,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 def _plain(value: Any) -> Any:
-    """What JSON has no word for: arrays become lists, numpy's numbers numbers, paths texts."""
+    """Converts what JSON does not support: arrays to lists, numpy numbers to numbers, paths to texts."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
@@ -31,9 +31,9 @@ def _plain(value: Any) -> Any:
 class Scene:
     """A scene that luxmc has read and found valid.
 
-    ``Scene.load(path)`` reads a scene file. ``Scene(...)`` builds one from the very keys of the file (``docs/formats.md``): numpy
-    arrays may stand wherever the file has lists of numbers. Either way the same reader checks everything, and refuses with
-    ``RefusedError`` what is wrong.
+    ``Scene.load(path)`` reads a scene file. ``Scene(...)`` builds a scene from the same keys as the file (``docs/formats.md``). Numpy
+    arrays may replace lists of numbers. In both cases the same reader checks everything and raises ``RefusedError`` for invalid
+    input.
 
     >>> import luxmc, numpy as np
     >>> scene = luxmc.Scene(
@@ -85,16 +85,16 @@ class Scene:
 
     @classmethod
     def from_dict(cls, description: Mapping[str, Any], *, base_dir: PathLike = ".", name: str = "scene") -> "Scene":
-        """Builds a scene from the whole of a scene file as a dictionary, such as a changed ``to_dict()``.
+        """Builds a scene from the full content of a scene file as a dictionary, such as a changed ``to_dict()``.
 
-        Files that it names are looked for in ``base_dir``.
+        Files that it names are read from ``base_dir``.
         """
         scene = cls.__new__(cls)
         scene._read(description, base_dir, name)
         return scene
 
     def to_dict(self) -> dict[str, Any]:
-        """The scene file as a dictionary of one's own, to be changed and given to ``from_dict``."""
+        """A copy of the scene file as a dictionary, to be changed and given to ``from_dict``."""
         found: dict[str, Any] = json.loads(self._json())
         return found
 
@@ -105,40 +105,40 @@ class Scene:
         return self._text
 
     def save(self, path: PathLike) -> None:
-        """Writes the scene file, which the command line then computes to the same bytes.
+        """Writes the scene file. The command line computes the same bytes from it.
 
-        Files that it names are not copied: save it into the folder that they are in.
+        Files that it names are not copied: save the scene into the folder of these files.
         """
         Path(path).write_text(json.dumps(self.to_dict(), indent=1, ensure_ascii=False), encoding="utf-8")
 
     def inspect(self) -> dict[str, Any]:
-        """What ``luxmc inspect --json`` tells: surfaces, luminaires, receivers, totals."""
+        """The output of ``luxmc inspect --json``: surfaces, luminaires, receivers, totals."""
         found: dict[str, Any] = json.loads(self._core.inspect())
         return found
 
     @property
     def base_dir(self) -> Path:
-        """The folder that files of the scene are looked for in."""
+        """The folder from which files of the scene are read."""
         return self._base_dir
 
     @property
     def name(self) -> str:
-        """The scene's name in messages and results: the file that it was loaded from."""
+        """The scene's name in messages and results. For a loaded scene, the file that it was loaded from."""
         return self._core.name
 
     @property
     def title(self) -> str:
-        """The scene's own title."""
+        """The ``title`` of the scene file."""
         return self._core.title
 
     @property
     def surfaces(self) -> List[str]:
-        """Names of all surfaces, parts apart."""
+        """Names of all surfaces. Each part of a geometry is a surface of its own."""
         return self._core.surfaces
 
     @property
     def luminaires(self) -> List[str]:
-        """Names of all luminaires, arrays counted out."""
+        """Names of all luminaires. Each luminaire of an array is listed."""
         return self._core.luminaires
 
     @property
@@ -148,7 +148,7 @@ class Scene:
 
     @property
     def warnings(self) -> List[str]:
-        """What the reader thinks its user should know."""
+        """Warnings of the scene reader."""
         return self._core.warnings
 
     def __repr__(self) -> str:
@@ -163,7 +163,7 @@ class Scene:
 def mesh(name: str, vertices: ArrayLike, faces: ArrayLike, material: str, **keys: Any) -> dict[str, Any]:
     """A mesh geometry of vertices (n × 3) and faces (m × 3, or lists of any numbers of corners), for ``Scene(geometry=[...])``.
 
-    The front of a face is where its corners go counter-clockwise. ``keys`` are further keys of the geometry, such as
+    The front of a face is the side from which its corners run counter-clockwise. ``keys`` are further keys of the geometry, such as
     ``max_element_edge``.
 
     >>> import luxmc, numpy as np
@@ -181,7 +181,7 @@ def points(
 ) -> dict[str, Any]:
     """A receiver set of points (n × 3) with normals (n × 3, or one for all), for ``Scene(receivers=[...])``.
 
-    ``areas`` weigh the points in averages. ``keys`` are further keys of the receiver, such as ``quantity``.
+    ``areas`` are the weights of the points in averages. ``keys`` are further keys of the receiver, such as ``quantity``.
 
     >>> import luxmc
     >>> luxmc.points("probes", [[1, 2, 0.8]])["points"]

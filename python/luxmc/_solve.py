@@ -1,4 +1,4 @@
-"""Solving: options in the command line's words, progress, interruptions."""
+"""Solving: options as on the command line, progress, interruptions."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ._scene import Scene
 
 @dataclass(frozen=True)
 class Progress:
-    """How a run stands, as a callback is told from time to time."""
+    """Progress of a run, passed to the callback several times a second."""
 
     #: Share of the work done, 0 to 1.
     fraction: float
-    #: Worst stated error of the bound maps, once all have been judged.
+    #: Largest stated error of the maps to which the target applies, once all of them have been judged.
     estimated_error: Optional[float]
     #: Target, if one is set.
     target_error: Optional[float]
@@ -26,7 +26,7 @@ class Progress:
     rays: int
     #: Chains so far.
     chains: int
-    #: Forecast of the seconds that remain, where there is one.
+    #: Forecast of the remaining seconds, if there is one.
     remaining_s: Optional[float]
     #: Seconds since the run began.
     elapsed_s: float
@@ -45,12 +45,12 @@ class Progress:
 
 Callback = Callable[[Progress], Any]
 
-#: Seconds between two lines where tqdm is not installed.
+#: Seconds between two progress lines if tqdm is not installed.
 _LINE_EVERY_S = 2.0
 
 
 class _Bar:
-    """Progress by tqdm, or by sparse lines where it is not installed."""
+    """Progress bar of tqdm, or occasional lines if tqdm is not installed."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -95,11 +95,12 @@ def solve(
     """Computes the maps of a scene; the options are those of ``luxmc solve``.
 
     The run ends at the first of ``target_error`` (a fraction or ``"1%"``; 1 % where no stop rule is given), ``time_limit`` (seconds
-    from this call, or ``"5m"``) and ``chains``. Fixed chains give the same bytes as the command line's, whatever the number of threads.
+    from this call, or ``"5m"``) and ``chains``. A fixed number of chains gives the same bytes as the command line, on any number of
+    threads.
 
-    The solver works without the interpreter's lock. ``progress=True`` shows a bar (tqdm, where it is installed), a function is called
-    with a ``Progress`` some times a second. A KeyboardInterrupt ends the run with what it has: the result then has the stop reason
-    ``"interrupted"``. An exception of the callback ends the run, too, and is raised.
+    The solver releases the interpreter's lock. ``progress=True`` shows a progress bar (tqdm, if it is installed). A function given as
+    ``progress`` is called with a ``Progress`` several times a second. A KeyboardInterrupt ends the run and keeps the results so far;
+    the stop reason is then ``"interrupted"``. An exception in the callback also ends the run, and is raised.
 
     >>> import luxmc
     >>> scene = luxmc.Scene(
@@ -155,7 +156,7 @@ def solve(
 
 
 def _command(scene: Scene, given: dict[str, Any]) -> str:
-    """What makes the run again, for the report."""
+    """The Python call that repeats the run, for the report."""
     usual = {"method": "auto", "elements": "adaptive", "threads": None}
     told = [f"{name}={value!r}" for name, value in given.items() if value is not None and usual.get(name) != value]
     return f"luxmc.solve(luxmc.Scene.load({scene.name!r}), {', '.join(told)})"

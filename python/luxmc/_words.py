@@ -18,17 +18,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sobolev:
-    """Illuminances of the exact solution in lx, one for each distance."""
+    """Illuminances of the exact solution of Sobolev's problem in lx, one for each distance."""
 
-    #: Distances from the foot of the source's perpendicular.
+    #: Distances from the point of the plane below the source (foot of its perpendicular), in units of the distance of the planes.
     r: Array
-    #: Direct light.
+    #: Direct light in lx.
     direct_lx: Array
-    #: Reflected light, any number of times.
+    #: Light reflected any number of times, in lx.
     reflected_lx: Array
-    #: Both.
+    #: Direct and reflected light together, in lx.
     total_lx: Array
-    #: Estimated error of the total.
+    #: Estimated error of the total, in lx.
     estimated_error_lx: Array
 
 
@@ -50,17 +50,17 @@ def sobolev(h1: float, rho1: float, rho2: float, r: ArrayLike, plane: int = 1) -
 
 @dataclass(frozen=True)
 class Photometry:
-    """An IES LM-63 or EULUMDAT file: its intensities, and all that ``luxmc inspect --json`` tells of it."""
+    """An IES LM-63 or EULUMDAT file: its intensities, and all facts that ``luxmc inspect --json`` states about it."""
 
-    #: Intensities in cd: a row a plane, a column an angle.
+    #: Intensities in cd: one row for each plane, one column for each angle.
     intensity_cd: Array
     #: Angles of the planes in degrees.
     c_deg: Array
     #: Angles within a plane in degrees; 0 is straight down for type C.
     gamma_deg: Array
-    #: Flux in lm, integrated over the intensities.
+    #: Flux in lm, integrated from the intensities.
     luminous_flux_lm: float
-    #: Everything else by the names of ``luxmc inspect --json``.
+    #: All other facts, by their names in ``luxmc inspect --json``.
     facts: dict[str, Any]
 
     @property
@@ -70,7 +70,7 @@ class Photometry:
 
 
 def read_photometry(path: Union[str, "os.PathLike[str]"]) -> Photometry:
-    """Reads a photometric file, or refuses it with ``RefusedError``."""
+    """Reads a photometric file. Raises ``RefusedError`` for an invalid file."""
     told, intensity_cd = _core.photometry(Path(path))
     facts: dict[str, Any] = json.loads(told)
     c_deg, gamma_deg = np.array(facts.pop("c_deg"), float), np.array(facts.pop("gamma_deg"), float)

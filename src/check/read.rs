@@ -193,8 +193,10 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
 
     // These names have a meaning on the command line, or look like a list of names there.
     for set in &scene.receivers {
-        if ["all", "elements", "receivers"].contains(&set.name.as_str()) || set.name.contains(',') {
+        if ["all", "elements", "receivers"].contains(&set.name.as_str()) {
             scene.warnings.push(format!("{}: a receiver of this name cannot be chosen by --maps", set.name));
+        } else if set.name.contains(',') {
+            scene.warnings.push(format!("{}: a name with a comma can only stand alone in --maps", set.name));
         }
     }
 }

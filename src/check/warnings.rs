@@ -21,7 +21,7 @@ const GRAVE: [&str; 10] = [
     "left out, because",
 ];
 /// Words of remarks on how a file was read, and on things that may well be intended.
-const SLIGHT: [&str; 9] = [
+const SLIGHT: [&str; 10] = [
     "maintenance",
     "is taken",
     "was taken",
@@ -30,6 +30,7 @@ const SLIGHT: [&str; 9] = [
     "header",
     "gamma runs from",
     "cannot be chosen by --maps",
+    "can only stand alone in --maps",
     "parallelogram",
 ];
 

@@ -25,6 +25,7 @@ const LINES: [&str; 34] = [
     "{}: the sphere is approximated by {} inscribed triangles; their area is {}% too small",
     "{}: its sides are not at right angles; it is taken as a parallelogram",
     "{}: a receiver of this name cannot be chosen by --maps",
+    "{}: a name with a comma can only stand alone in --maps",
     "the luminaire is not symmetric about both its planes: tables of CIE 190 are not made for it; here its C0 (crosswise) or C90 (endwise) side faces the observer",
     "the luminous opening has {} m², below the {} m² from which on UGR is defined (CIE 117): tables overrate small sources",
     "the file contains {} sets of lamps; the first, {}, is taken",

@@ -1,13 +1,13 @@
-// Draws the scene of this page in false colours by WebGL, and reads the point that is picked.
+// Draws the scene of this page in false colours with WebGL, and shows the values at the picked point.
 "use strict";
 (async () => {
   const view = document.getElementById("view");
   const find = (selector) => view.querySelector(selector), all = (selector) => [...view.querySelectorAll(selector)];
   const canvas = find("canvas"), words = find("output");
   const gl = canvas.getContext("webgl", { antialias: true, preserveDrawingBuffer: true });
-  if (!gl || typeof DecompressionStream === "undefined") return; // The pictures of the page show the same.
+  if (!gl || typeof DecompressionStream === "undefined") return; // The plots of the page show the same values.
 
-  // Columns of two bytes, as differences: all low bytes, then all high ones.
+  // Each column holds 16-bit codes as differences to the previous code: all low bytes first, then all high bytes.
   const about = JSON.parse(document.getElementById("view-about").textContent);
   const packed = Uint8Array.from(atob(document.getElementById("view-data").textContent), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -27,7 +27,7 @@
   const atCorners = about.is_sloped ? columns(3, count) : [means[0], means[0], means[0]];
   const ends = columns(6, about.lines);
   const lux = (code) => code === 65535 ? NaN : code === 0 ? 0 : about.most_lx * Math.exp(((code - 1) / 65533 - 1) * about.span);
-  const fingers = new Map(), sets = []; // of the touch, and of receivers
+  const fingers = new Map(), sets = []; // touching fingers, and receiver sets
   for (let i = about.surface_facets; i < count; i++) {
     if (sets.at(-1)?.set === part[i]) sets.at(-1).length++;
     else sets.push({ first: i, length: 1, set: part[i] });
@@ -35,7 +35,7 @@
   const isShown = (set) => state.set === "all" || state.set === String(set);
   const place = (code, axis) => about.low_m[axis] + about.step_m * code;
 
-  // Corners of triangles about the middle of the scene, which single precision then suffices for.
+  // Corners of triangles relative to the middle of the scene. Single precision is then sufficient.
   const low = [0, 1, 2].map((axis) => Infinity), high = low.map((bound) => -bound);
   corners.forEach((codes, k) => codes.forEach((code) => {
     low[k % 3] = Math.min(low[k % 3], place(code, k % 3));
@@ -51,7 +51,7 @@
   const corner = (i, k) => [triangles[9 * i + 3 * k], triangles[9 * i + 3 * k + 1], triangles[9 * i + 3 * k + 2]];
 
   const put = (buffer, numbers) => { gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, numbers, gl.STATIC_DRAW); };
-  // What has no number is grey, lighter or darker as it is turned: −1 to −2. Outlines are −5, luminaires −6, the picked point −7.
+  // Facets without a value are grey, lighter or darker by their orientation: codes −1 to −2. Outlines have −5, luminaires −6, the picked point −7.
   const shade = (i) => {
     const normal = cross(sub(corner(i, 1), corner(i, 0)), sub(corner(i, 2), corner(i, 0)));
     return -1.5 - dot(normal, [0.25, 0.15, 0.4]) / (Math.hypot(...normal) || 1);
@@ -103,10 +103,10 @@
   put(buffers.lines, lines);
   gl.enable(gl.DEPTH_TEST);
   gl.clearColor(0.957, 0.957, 0.949, 1);
-  const SLOPE = Math.tan(0.35); // of half the field of view
+  const SLOPE = Math.tan(0.35); // of half the angle of view
   const HOME = { yaw: 1.05, pitch: 0.62, distance: 1.3 * size, target: [0, 0, 0], top: false };
   const state = { ...HOME, quantity: 0, end: about.ends_lx[0], surfaces: true, set: "all", cut: high[2], mark: null };
-  // Right, up and forward of the eye, where it is, and half of what it sees in m at the distance of its target.
+  // The eye: its right, up and forward directions, its position, and half the visible height in m at the distance of its target.
   const eye = () => {
     const yaw = state.top ? Math.PI / 2 : state.yaw, pitch = state.top ? Math.PI / 2 : state.pitch;
     const forward = [Math.cos(pitch) * Math.cos(yaw), Math.cos(pitch) * Math.sin(yaw), -Math.sin(pitch)];
@@ -139,12 +139,12 @@
     use(buffers.triangles, AT, 3);
     use(buffers.values, VALUE, 1);
     gl.enable(gl.CULL_FACE);
-    gl.enable(gl.POLYGON_OFFSET_FILL); // Outlines and receivers lie before the surfaces that they lie on.
+    gl.enable(gl.POLYGON_OFFSET_FILL); // Draws outlines and receivers in front of the surfaces that they lie on.
     gl.polygonOffset(2, 2);
     if (state.surfaces) gl.drawArrays(gl.TRIANGLES, 0, 3 * about.surface_facets);
     gl.disable(gl.CULL_FACE);
     for (const { first, length, set } of sets.filter(({ set }) => isShown(set))) {
-      gl.polygonOffset(1 - set, 1 - set); // Of sets in one plane the later ones lie above.
+      gl.polygonOffset(1 - set, 1 - set); // If sets lie in one plane, later sets are drawn on top.
       gl.drawArrays(gl.TRIANGLES, 3 * first, 3 * length);
     }
     gl.disable(gl.POLYGON_OFFSET_FILL);
@@ -166,7 +166,7 @@
   };
   const redraw = () => { if (!waiting) { waiting = true; requestAnimationFrame(draw); } };
 
-  // The first triangle that the ray through a place of the picture meets, both from −1 to 1.
+  // Returns the first triangle that the ray through the point (x, y) of the picture meets. x and y run from −1 to 1.
   const pick = (x, y) => {
     const { forward, right, up, from, half, aspect } = eye();
     const start = state.top ? along(along(from, right, x * half * aspect), up, y * half) : from;
@@ -185,7 +185,7 @@
     }
     return best;
   };
-  // Numbers as the tables of the page have them: as many digits as they are worth to a reader.
+  // Numbers are rounded as in the tables of the page: values to two digits, errors to one or two.
   const say = (number, ...values) => about.readings[number].split("{}").map((words, k) => words + (values[k] ?? "")).join(""), local = (number) => number.replace(".", about.decimal_sign);
   const rounded = (x, digits) => x === 0 ? "0" : x.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(x)))));
   const luxWords = (x) => local(rounded(x, 2)), errorWords = (x) => local(rounded(x, /^[0.]*1/.test(x.toPrecision(2)) ? 2 : 1));
@@ -226,7 +226,7 @@
     redraw();
   };
   const turn = (x, y) => { state.top = false; state.yaw -= x; state.pitch = Math.min(1.57, Math.max(-1.57, state.pitch + y)); redraw(); };
-  const move = (x, y) => { // in halves of the picture's height
+  const move = (x, y) => { // in units of half the picture's height
     const { right, up, half } = eye();
     state.target = along(along(state.target, right, -x * half), up, y * half);
     redraw();
@@ -260,7 +260,7 @@
     event.preventDefault();
   });
   canvas.addEventListener("wheel", (event) => {
-    if (document.activeElement !== canvas) return; // The page scrolls until the picture was clicked.
+    if (document.activeElement !== canvas) return; // The wheel scrolls the page until the picture has been clicked.
     event.preventDefault();
     zoom(Math.exp(Math.sign(event.deltaY) * Math.min(0.2, Math.abs(event.deltaY) / 500)));
   }, { passive: false });

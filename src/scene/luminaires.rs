@@ -26,8 +26,8 @@ pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     [&COMMON_KEYS, own_keys(kind), array].concat()
 }
 
-/// Range of the luminous fluxes in lm that are computed: from a thousandth of one photon per hour to more than the sun's. Checks sum the
-/// fourth powers of the resulting illuminances. These stay well within 64-bit floats.
+/// Range of the luminous fluxes in lm that are computed: from far less than one photon per hour (7e-20 lm at 555 nm) to more than the
+/// sun's. Checks sum the fourth powers of the resulting illuminances. These stay well within 64-bit floats.
 const FLUXES_LM: RangeInclusive<f64> = 1e-24..=1e30;
 
 impl NamedSurfaces for Surfaces {

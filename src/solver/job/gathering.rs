@@ -163,7 +163,7 @@ impl Job {
     }
 
     /// Work by cells to an error, in rays, from what the pilot measured of walks.
-    /// A ray has about the variance of a walk; filling cells takes half as many rays again. Walks must measure the bias to a share of the
+    /// A gathering ray has about the variance of a walk. Walks must measure the bias to a share of the
     /// squared error: over K entries they determine the mean square with √(2K) times the walks of one entry. Choosing luminaires takes work
     /// beside rays, which counts as it does for walks.
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
