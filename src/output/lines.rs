@@ -7,7 +7,7 @@ use super::picture::escaped;
 use super::texts::{Language, decimal, language, said_with};
 
 /// Wordings of lines, with `{}` for the variable parts. The first match counts, so a long wording comes before its own beginning.
-const LINES: [&str; 34] = [
+const LINES: [&str; 35] = [
     "{}: luminaires in sight that have no position index in CIE 117 do not count: {}",
     "{} beside or behind the observer ({})",
     "{} below the line of sight ({})",
