@@ -20,11 +20,11 @@ const SHARE_OF_CHANCE: f64 = 0.75;
 // Standard deviations of the logarithm of the work, by the source of the forecast. These constants and those that follow were measured in
 // the rooms of even seeds of the proving ground to 3 and 1 %.
 /// Deviation of a forecast by a pilot of walks or chains.
-const DEVIATION_BY_PILOT: f64 = 0.5;
+const DEVIATION_BY_PILOT: f64 = 0.35;
 /// Deviation of a forecast by a pilot of walks, for a map that will gather: in some rooms cells are far better than walks can predict.
-const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.7;
+const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.5;
 /// Deviation of a forecast by a look at walks or chains, in addition to the random error of the look itself.
-const DEVIATION_OF_LOOK: f64 = 0.15;
+const DEVIATION_OF_LOOK: f64 = 0.13;
 /// Deviation of a forecast by a look at counts, in addition to the random error of the look itself.
 const DEVIATION_OF_COUNTS: f64 = 0.05;
 /// Deviation of a forecast of the remaining work by the plan of a map that gathers.
