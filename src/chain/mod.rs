@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_luminaires::{ConnectionStart, LitSpot, NearLuminaires, PacketConnection, median_distance_m};
+pub use near_luminaires::{LitSpot, NearLuminaires, PacketConnection, PointAndNormal, median_distance_m};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;

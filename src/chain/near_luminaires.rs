@@ -49,10 +49,10 @@ pub struct NearLuminaires {
     rays: u64,
 }
 
-/// Start of a light-path connection: a point in m and its unit normal.
-pub type ConnectionStart = (DVec3, DVec3);
+/// A surface or receiver point in m and its unit normal.
+pub type PointAndNormal = (DVec3, DVec3);
 
-/// Result of a light-path connection to a nearby luminaire.
+/// Result of a light-path connection to the spot where a packet of a near luminaire has arrived.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketConnection {
     /// Illuminance of the start point, in lx.
@@ -184,13 +184,13 @@ impl NearLuminaires {
     /// point on the side with the normal `seen`. `place` has the normal of its lit side. The walk came from `from`, where it made the
     /// connection.
     #[inline]
-    pub fn share_of_look(
+    pub fn share_of_light_sample(
         &self,
         stage: &Stage,
         emitter: u32,
-        place: ConnectionStart,
+        place: PointAndNormal,
         seen: DVec3,
-        from: ConnectionStart,
+        from: PointAndNormal,
     ) -> f64 {
         if !self.is_near(emitter) {
             return 1.0;
@@ -210,7 +210,7 @@ impl NearLuminaires {
     }
 
     /// Density in 1/m² of packets of an emitter at a point.
-    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): ConnectionStart) -> f64 {
+    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): PointAndNormal) -> f64 {
         stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
@@ -219,7 +219,7 @@ impl NearLuminaires {
     pub fn connect_to_packet(
         &self,
         stage: &Stage,
-        to: ConnectionStart,
+        to: PointAndNormal,
         to_origin: &Origin,
         stream: &mut Stream,
     ) -> PacketConnection {
@@ -271,13 +271,7 @@ impl NearLuminaires {
 
     /// Illuminance of a point from a spot, weighted against walks from the point that meet the spot. Its rays are those that test
     /// visibility.
-    pub fn seen_from(
-        &self,
-        stage: &Stage,
-        spot: &LitSpot,
-        to: ConnectionStart,
-        to_origin: &Origin,
-    ) -> PacketConnection {
+    pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: PointAndNormal, to_origin: &Origin) -> PacketConnection {
         let LitSpot { emitter, hit, normal, .. } = spot;
         let (leaving, lobe) = match spot.leaving {
             Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
@@ -306,7 +300,7 @@ impl NearLuminaires {
 }
 
 /// Density in 1/m² with which cosine-distributed rays from one point meet another, without occlusion.
-fn seen_per_m2((point_m, normal): ConnectionStart, (from_m, from_normal): ConnectionStart) -> f64 {
+fn seen_per_m2((point_m, normal): PointAndNormal, (from_m, from_normal): PointAndNormal) -> f64 {
     let offset_m = point_m - from_m;
     let square_m2 = offset_m.length_squared();
     let cosines = offset_m.dot(from_normal).max(0.0) * (-offset_m.dot(normal)).max(0.0);

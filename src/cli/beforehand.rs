@@ -179,8 +179,8 @@ impl Beforehand {
         };
         (self.reading_s + self.rest_s() > limit_s).then(|| {
             format!(
-                "warning: reading this scene takes about {} on a typical core; preparing it for rays and writing \
-                 take about {} more, whatever is computed: the time limit of {} {comes_to}",
+                "warning: reading this scene takes about {} on a typical core; writing, and preparation for \
+                 rays, take about {} more, whatever is computed: the time limit of {} {comes_to}",
                 time(self.reading_s),
                 time(self.rest_s()),
                 time(limit_s)

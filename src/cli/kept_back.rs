@@ -108,7 +108,7 @@ impl KeptBack {
         let is_late = self.computing_until_s + self.ending_s > latest_s(self.limit_s);
         is_late.then(|| {
             format!(
-                "warning: preparing this scene for rays, error checks and writing take about {}, whatever is \
+                "warning: error checks, writing, and preparation of this scene for rays take about {}, whatever is \
                  computed: the time limit of {} is exceeded, which leaves time for a first result only",
                 time(self.rest_s()),
                 time(self.limit_s)

@@ -26,7 +26,7 @@ const SAFE_SIDE: f64 = 2.4;
 /// Least number of the largest scores from which a tail can be judged.
 const LEAST_TAIL: usize = 200;
 /// Greatest value that a check reports.
-const MOST_TOLD: f64 = 1e9;
+const MOST_REPORTED: f64 = 1e9;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape. If scores fall off with shape ⅔, twice the
 /// samples raise its estimate of the squared error by 2^⅓ − 1 of that share. This is less than a tenth.
 const LEAST_TAIL_SHARE: f64 = 0.25;
@@ -71,7 +71,7 @@ pub fn statistical_checks(
 
 fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, explanation: &str) -> StatisticalCheck {
     // Any error exceeds that of an earlier look that had no error at all, so the ratio is capped.
-    let value = value.map(|value| value.min(MOST_TOLD));
+    let value = value.map(|value| value.min(MOST_REPORTED));
     StatisticalCheck { name, passed, value, limit, explanation: explanation.to_owned() }
 }
 

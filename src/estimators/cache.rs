@@ -60,11 +60,11 @@ pub enum WalkEvent<'a> {
         emitter: u32,
         /// Its light that leaves the surface, in lm/m².
         lm_m2: f64,
-        /// The part of that light that counts, in lm/m². The light-path connection (looking back) finds the rest.
+        /// The part of that light that counts, in lm/m². The light-path connection finds the rest.
         counted_lm_m2: f64,
     },
     /// The walk made a light-path connection (looked back) to a packet of a near luminaire.
-    ConnectionStart {
+    Connected {
         /// Factor on the result.
         weight: f64,
         /// Result of the connection.

@@ -134,7 +134,7 @@ impl SubPoint {
 /// Light of luminaires that a glossy sub-point sends to the eye, from light samples and a ray along the lobe.
 fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
     let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
-    let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(stage, end, responses, stream);
+    let (looked_cd_m2, rays) = light_from_gloss_cd_m2(stage, end, responses, stream);
     let Some(scattered) = bsdf.sample(end.direction, end.normal, stream) else {
         return (looked_cd_m2, rays);
     };
@@ -155,14 +155,14 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream)
 
 /// Mean number of light samples of each luminaire in one pass. Up to [`MOST_EACH`] luminaires get one each. Of more luminaires, that number
 /// is chosen uniformly at random: this is simple, and the ray knows the probability.
-fn looks_per_emitter(emitters: usize) -> f64 {
+fn light_samples_per_emitter(emitters: usize) -> f64 {
     emitters.min(MOST_EACH) as f64 / emitters as f64
 }
 
 /// One pass of light samples from a glossy sub-point: luminance that they give to the eye in cd/m², and the number of rays. The first of
 /// the two responses (in 1/sr) counts in full. The second is weighted against a ray along it, which counts [`share_of_ray`] of what it
 /// meets.
-pub fn looks_from_gloss_cd_m2(
+pub fn light_from_gloss_cd_m2(
     stage: &Stage,
     end: &SubPoint,
     responses: impl Fn(&Pair) -> [f64; 2],
@@ -171,7 +171,7 @@ pub fn looks_from_gloss_cd_m2(
     let receiver = end.receiver();
     let list = stage.emitters.list();
     let looks = list.len().min(MOST_EACH);
-    let looks_per_emitter = looks_per_emitter(list.len());
+    let light_samples_per_emitter = light_samples_per_emitter(list.len());
     let (mut sum_cd_m2, mut rays) = (0.0, 0);
     let shift = stream.fine_unit();
     for look in 0..looks {
@@ -192,10 +192,11 @@ pub fn looks_from_gloss_cd_m2(
         }
         let towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
         let pair = Pair { normal: end.normal, towards, leaving: -end.direction };
-        let brought_lx = found.unshadowed_lx / looks_per_emitter;
+        let brought_lx = found.unshadowed_lx / light_samples_per_emitter;
         let [spread_per_sr, lobe_per_sr] = responses(&pair);
         let lobe_cd_m2 = lobe_per_sr * brought_lx;
-        let lobe_cd_m2 = lobe_cd_m2 * look_share(emitter, lobe_per_sr, found.unshadowed_lx, looks_per_emitter);
+        let lobe_cd_m2 =
+            lobe_cd_m2 * share_of_light_samples(emitter, lobe_per_sr, found.unshadowed_lx, light_samples_per_emitter);
         sum_cd_m2 += transmittance * (spread_per_sr * brought_lx + lobe_cd_m2);
     }
     (sum_cd_m2, rays)
@@ -204,16 +205,26 @@ pub fn looks_from_gloss_cd_m2(
 /// Share of an area's light that a ray along the lobe counts where it meets the area, beside a pass of light samples.
 pub fn share_of_ray(stage: &Stage, emitter: &Emitter, receiver: &Receiver, lobe_per_sr: f64) -> f64 {
     let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
-    1.0 - look_share(emitter, lobe_per_sr, unshadowed_lx, looks_per_emitter(stage.emitters.list().len()))
+    1.0 - share_of_light_samples(
+        emitter,
+        lobe_per_sr,
+        unshadowed_lx,
+        light_samples_per_emitter(stage.emitters.list().len()),
+    )
 }
 
 /// Share of the lobe's light that light samples count; the lobe's ray counts the rest. It is 1/(1 + z), z = fE/(nL), with n light samples
 /// of the emitter on average (docs/methods.md (15)). Points, which no ray meets, count by light samples alone.
-fn look_share(emitter: &Emitter, lobe_per_sr: f64, unshadowed_lx: f64, looks_per_emitter: f64) -> f64 {
+fn share_of_light_samples(
+    emitter: &Emitter,
+    lobe_per_sr: f64,
+    unshadowed_lx: f64,
+    light_samples_per_emitter: f64,
+) -> f64 {
     let Some(exitance_lm_m2) = emitter.exitance_lm_m2() else {
         return 1.0;
     };
-    let looked = looks_per_emitter * exitance_lm_m2 / PI;
+    let looked = light_samples_per_emitter * exitance_lm_m2 / PI;
     let rayed = lobe_per_sr * unshadowed_lx;
     if rayed + looked > 0.0 && unshadowed_lx > 0.0 { looked / (looked + rayed) } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 //! A walk of variance V and C rays reaches an error with work V C. Suppose it continues from a vertex with weight w and probability p. This
 //! costs p c of C and adds w² M/p to V. Here M is the second moment of what the rest of a walk finds, and c is its number of rays. So p = w
 //! √(M C/(V c)) is best, or 1 if that is greater (Bolin and Meyer, 1997, "An error metric for Monte Carlo ray tracing"; docs/methods.md
-//! (48)). The probability of a light-path connection to near luminaires (looking back) follows from what each candidate would cost
+//! (48)). The probability of a light-path connection to near luminaires follows from what each candidate would cost
 //! (docs/methods.md (49)).
 
 use glam::DVec3;
@@ -27,11 +27,11 @@ const ENOUGH_RAYS: u64 = 50_000;
 const FEWEST_WALKS: usize = 64;
 /// Maximum number of surfaces that a walk meets. In a white space it would continue for long.
 const MOST_SURFACES: u32 = 1000;
-/// Candidate probabilities of a light-path connection (looking back). With smaller ones, scores get rare and large. (One probability at the
+/// Candidate probabilities of a light-path connection. With smaller ones, scores get rare and large. (One probability at the
 /// start of walks and another at later vertices took as much work in the mean of twelve rooms, and in two of them 1.4 times as much.)
 const CHANCES: [f64; 3] = [1.0, 0.5, 0.25];
 /// Approximate ratio of the pilot's variance to the variance of a run's walks, which are quasi-random. (Measured by the cost of other
-/// probabilities of looking back in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle. If it is too low, rare scores get large.)
+/// probabilities of a connection in ten rooms of the proving ground: 0.3 to 5, 2.2 in the middle. If it is too low, rare scores get large.)
 const QUASI_RANDOM_GAIN: f64 = 2.5;
 /// Least safe weight. Variances from few walks may be far off.
 const LEAST_SAFE_WEIGHT: f64 = 0.05;
@@ -109,9 +109,9 @@ struct Moments {
     goes_on: [f64; 2],
     /// Whether one of the walks was cut off, so that the squares give no information.
     is_cut: bool,
-    /// Rays of the light-path connections (looking back).
+    /// Rays of the light-path connections.
     back_rays: u64,
-    /// Variance that each candidate probability of looking back adds.
+    /// Variance that each candidate probability of a connection adds.
     added: [f64; CHANCES.len()],
 }
 
@@ -155,7 +155,7 @@ impl Moments {
         }
     }
 
-    /// The probability of looking back with the least work.
+    /// The probability of a connection with the least work.
     fn connection_chance(&self) -> f64 {
         let work = |number: usize| {
             let saved_rays = (1.0 - CHANCES[number]) * self.back_rays as f64;
@@ -182,7 +182,7 @@ struct Watch {
 }
 
 impl Watch {
-    /// Adds, for one connection, what each probability of looking back adds to the second moment, docs/methods.md (49). Here f is lx (K +
+    /// Adds, for one connection, what each probability of a connection adds to the second moment, docs/methods.md (49). Here f is lx (K +
     /// E/Φ) and its density is E/Φ.
     fn weigh(&mut self, weight: f64, found: &PacketConnection) {
         self.rays_at_receiver.get_or_insert(found.rays);
@@ -212,7 +212,7 @@ impl Cache for Watch {
                 self.goes_on[0] += 1.0;
                 self.goes_on[1] += weight;
             }
-            WalkEvent::ConnectionStart { weight, found } => self.weigh(weight, found),
+            WalkEvent::Connected { weight, found } => self.weigh(weight, found),
             WalkEvent::FoundNear { .. } => {}
         }
     }
@@ -309,7 +309,7 @@ mod tests {
     /// The pilot predicts, from walks that always connect to packets, the variance that a lower probability of connecting adds, to 30%: 200,000
     /// walks, seed 3.
     #[test]
-    fn the_pilot_foretells_what_looking_back_less_often_costs() {
+    fn the_pilot_predicts_what_fewer_connections_cost() {
         let scene = room(0.6, 0.15);
         let mut stage = Stage::new(&scene);
         assert!(stage.near_luminaires.is_some());
@@ -330,7 +330,7 @@ mod tests {
             stage.roulette.connection_chance = *chance;
             let added = walks(&stage, 200_000, 3)[1] - always;
             let predicted = seen.added[number] / seen.walks as f64;
-            assert!((predicted / added).ln().abs() < 1.3_f64.ln(), "{predicted} foretold, {added} found, by {chance}");
+            assert!((predicted / added).ln().abs() < 1.3_f64.ln(), "{predicted} predicted, {added} found, by {chance}");
         }
     }
 

@@ -16,9 +16,9 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use self::vertex::{Departure, Vertex, from_near_lights_lx, met_lm_m2};
+use self::vertex::{Departure, Vertex, from_near_luminaires_lx, met_lm_m2};
 pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
-use crate::chain::{ConnectionStart, Stage};
+use crate::chain::{PointAndNormal, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::images::Trail;
 use crate::estimators::receiver::Receiver;
@@ -69,7 +69,7 @@ pub fn walk_parts_lx(
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, 1.0, cache, stream);
+    let (near_lx, near_rays) = from_near_luminaires_lx(stage, receiver, 1.0, cache, stream);
     let (arriving_lx, rays) = arriving_lx(stage, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
@@ -85,12 +85,12 @@ pub fn arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let looked_back = stage.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    let connected_from = stage.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
         trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
-        looked_back,
+        connected_from,
     };
     follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
@@ -108,7 +108,7 @@ pub fn sample_share_lx(
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let trail = trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
-    let start = Start { origin: *receiver.origin, direction, trail, looked_back: None };
+    let start = Start { origin: *receiver.origin, direction, trail, connected_from: None };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
@@ -134,7 +134,7 @@ pub fn walk_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, trail: None, looked_back: None };
+    let start = Start { origin, direction, trail: None, connected_from: None };
     follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
@@ -148,7 +148,7 @@ pub fn sample_arriving_share_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, trail, looked_back: None };
+    let start = Start { origin, direction, trail, connected_from: None };
     follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
 }
 
@@ -161,7 +161,7 @@ struct Start {
     /// Its path by mirrors, if the start point has searched for areas in mirrors.
     trail: Option<Trail>,
     /// Start point and normal, if that point has made a light-path connection to near luminaires (looked back).
-    looked_back: Option<ConnectionStart>,
+    connected_from: Option<PointAndNormal>,
 }
 
 /// Rays after which a walk is given up: thirty times the expected length in the whitest room that is accepted. A walk reaches it only in a
@@ -178,13 +178,13 @@ fn follow_lm_m2(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Start { origin, direction, trail, looked_back } = start;
+    let Start { origin, direction, trail, connected_from } = start;
     let mut walk = Walk {
         stage,
         origin,
         direction,
         trail,
-        looked_back,
+        connected_from,
         departure: Departure::Seen,
         has_scattered: false,
         surfaces: 0,
@@ -221,7 +221,7 @@ struct Walk<'a> {
     origin: Origin,
     direction: DVec3,
     trail: Option<Trail>,
-    looked_back: Option<ConnectionStart>,
+    connected_from: Option<PointAndNormal>,
     departure: Departure,
     /// Whether a surface has scattered it. Shares no longer apply then.
     has_scattered: bool,
@@ -275,7 +275,7 @@ impl Walk<'_> {
         }
         // Light that a sheet transmits has arrived at its other side.
         let shares_behind = if matches!(bsdf, Bsdf::Translucent(_)) { shares_of(-normal) } else { shares };
-        let from = self.looked_back.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
+        let from = self.connected_from.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
         let vertex = Vertex {
             stage,
             hit,
@@ -284,7 +284,7 @@ impl Walk<'_> {
             normal,
             seen: normal,
             origin: &origin,
-            looked_back: from,
+            connected_from: from,
         };
         let is_first_met = self.surfaces == 1;
         if let Bsdf::Diffuse(bsdf) = bsdf {
@@ -315,11 +315,11 @@ impl Walk<'_> {
             && stage.near_luminaires.is_some()
         {
             let spread = self.weight * shares[1] * bsdf.reflectance;
-            let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), spread, cache, stream);
+            let (near_lx, near_rays) = from_near_luminaires_lx(stage, &vertex.receiver(), spread, cache, stream);
             self.sum_lm_m2 += spread * near_lx;
             self.rays += near_rays;
         }
-        self.leave(&Vertex { looked_back: None, ..vertex }, [shares[1], shares_behind[1]], cache, stream)
+        self.leave(&Vertex { connected_from: None, ..vertex }, [shares[1], shares_behind[1]], cache, stream)
     }
 
     /// Continues the walk from a surface, unless the surface absorbs it or transmits none of the counted light. Returns whether the walk
@@ -354,8 +354,8 @@ impl Walk<'_> {
             self.origin = stage.leave(hit, scattered.lobe);
         }
         self.has_scattered |= scattered.lobe != LobeKind::Passed;
-        self.looked_back = match scattered.lobe {
-            LobeKind::Passed => self.looked_back,
+        self.connected_from = match scattered.lobe {
+            LobeKind::Passed => self.connected_from,
             LobeKind::Spread => here,
             _ => None,
         };

@@ -14,7 +14,7 @@ use glam::DVec3;
 use crate::chain::Stage;
 use crate::estimators::direct::MOST_EACH;
 use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
-use crate::estimators::luminance::{looks_from_gloss_cd_m2, share_of_ray};
+use crate::estimators::luminance::{light_from_gloss_cd_m2, share_of_ray};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
 use crate::geometry::Origin;
@@ -188,7 +188,7 @@ impl Eye<'_> {
             return;
         }
         let responses = |pair: &Pair| [0.0, gloss.response_per_sr(pair.towards)];
-        let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(self.stage, gloss.end, responses, stream);
+        let (looked_cd_m2, rays) = light_from_gloss_cd_m2(self.stage, gloss.end, responses, stream);
         shown.luminaires_cd_m2 += weight * looked_cd_m2;
         shown.rays += rays;
         if let Some(mirrors) = &self.stage.mirrors {

@@ -122,13 +122,14 @@ impl Scores {
 pub struct ScoreEvidence {
     /// Contribution of the part to the map's squared error, times the sum of weights, in lx² m².
     pub variance_lx2_m2: f64,
-    /// Sum of the squares of single scores' contributions to `variance`.
+    /// Sum of the squares of single scores' contributions to `variance_lx2_m2`.
     pub fourth: f64,
     /// Number of largest scores from which the tail is estimated.
     pub tail: usize,
-    /// Contribution of these scores to `variance`.
+    /// Contribution of these scores to `variance_lx2_m2`.
     pub tail_variance: f64,
-    /// Shape of the tail: 0 exponential, from ½ on of infinite variance. `None` if too few scores, or no differing scores, give it.
+    /// Shape of the tail: 0 exponential, from ½ on of infinite variance. `None` if too few scores, or no differing scores, give it,
+    /// and for counted packets, whose tail is bounded.
     pub shape: Option<f64>,
 }
 

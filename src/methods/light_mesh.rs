@@ -171,8 +171,8 @@ fn trace_maps(
             run.left_out.push((kind, bound));
             continue;
         };
-        let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
-        run.tell(&map, &plan, [planner.around.samples.len(), entries.places()], misses_near_lights);
+        let misses_near_luminaires = may_miss_near_luminaires(&planner.around, &entries, &plan);
+        run.tell(&map, &plan, [planner.around.samples.len(), entries.places()], misses_near_luminaires);
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m| finest_m.min(facts.step_m)));
         }
@@ -180,7 +180,7 @@ fn trace_maps(
         run.record(&map, bound, target_error, fraction, observer);
         let dark_upper_bound_lx = dark_upper_bound_lx(planner.around.stage, &entries, &map);
         let is_dark = dark_upper_bound_lx.is_some();
-        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
+        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_luminaires);
         let error = MapError { dark_upper_bound_lx, ..map.map.error };
         let result = MapResult { bound, target_met, error, ..map.map };
         run.traced[index] = Some(TracedMap { map: result, ..map });
@@ -252,11 +252,11 @@ struct LightMeshFindings {
 impl LightMeshFindings {
     /// Records notes on how a map was computed and warnings about it. `points` counts the light samples, `places` the points of the
     /// map.
-    fn tell(&mut self, map: &TracedMap, plan: &MapPlan, [points, places]: [usize; 2], misses_near_lights: bool) {
+    fn tell(&mut self, map: &TracedMap, plan: &MapPlan, [points, places]: [usize; 2], misses_near_luminaires: bool) {
         let name = &map.map.name;
         self.notes.extend(said(map, plan, points, places));
         self.warnings.extend(step_not_taken(map, plan));
-        if misses_near_lights {
+        if misses_near_luminaires {
             self.warnings.push(format!(
                 "light mesh: \"{name}\": a luminaire nearly touches a surface, and walks may miss the spot that it \
                  lights; the stated error may not include this; --method auto finds the spot"
@@ -404,7 +404,7 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 
 /// Returns whether a luminaire nearly touches a surface, while the walks make no light-path connections to nearby luminaires. These
 /// walks miss the bright spot, and so does the check of the map.
-fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
+fn may_miss_near_luminaires(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
     let touches = around.stage.near_luminaires.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
     touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))

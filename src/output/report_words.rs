@@ -88,7 +88,7 @@ pub fn explanations() -> Vec<(String, String)> {
         ),
         (
             say!("–, &lt; x"),
-            say!("not known. –: there is no value. &lt; x: the value is smaller than its own error, and below x in nineteen cases of twenty"),
+            say!("–: there is no value. &lt; x: the value is smaller than its own error, and below x in nineteen cases of twenty"),
         ),
         (
             say!("Maintained"),

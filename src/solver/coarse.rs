@@ -208,16 +208,18 @@ impl CoarseElements {
     }
 }
 
-/// Exposed share of coarse elements, from that of the finer ones in them.
+/// Contact-free share of coarse elements, from that of the finer ones in them.
 fn contact_free_of(context: &Context, coarse: &Elements, fine: &Elements, fine_contact_free: &[f64]) -> Vec<f64> {
     let mut found = vec![[0.0; 2]; coarse.len()];
     for (index, contact_free) in fine_contact_free.iter().enumerate() {
-        let [whole_m2, exposed_m2] = &mut found[parent_of(coarse, fine, index as u32) as usize];
+        let [whole_m2, contact_free_m2] = &mut found[parent_of(coarse, fine, index as u32) as usize];
         let area_m2 = fine.area_m2(context.scene, fine.element(index as u32));
         *whole_m2 += area_m2;
-        *exposed_m2 += area_m2 * contact_free;
+        *contact_free_m2 += area_m2 * contact_free;
     }
-    let share = |[whole_m2, exposed_m2]: [f64; 2]| if exposed_m2 < whole_m2 { exposed_m2 / whole_m2 } else { 1.0 };
+    let share = |[whole_m2, contact_free_m2]: [f64; 2]| {
+        if contact_free_m2 < whole_m2 { contact_free_m2 / whole_m2 } else { 1.0 }
+    };
     found.into_iter().map(share).collect()
 }
 

@@ -30,7 +30,7 @@ pub enum KnownContact {
     AtAPlace,
 }
 
-/// Exposed share of every element of a range, and the rays traced. It is measured by some points of each element of which nothing is known,
+/// Contact-free share of every element of a range, and the rays traced. It is measured by some points of each element of which nothing is known,
 /// and by many points of those that are partly hidden.
 pub fn contact_free_shares(
     context: &Context,

@@ -57,7 +57,7 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
     });
     let maps: Vec<MapResult> = maps.collect();
     let why_given =
-        words_on_near_lights(context, settings, jobs).or_else(|| words_on_many_elements(context, settings, jobs));
+        words_on_near_luminaires(context, settings, jobs).or_else(|| words_on_many_elements(context, settings, jobs));
     let mut notes: Vec<String> = why_given.into_iter().collect();
     notes.extend(worst_of_sets(&glare).into_iter().flat_map(|(rating, _)| words_on_outside(context, rating)));
     let mut warnings = flux_balance.as_ref().map_or(Vec::new(), |balance| warnings_of_flux(context, balance));
@@ -110,7 +110,7 @@ fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) 
 }
 
 /// Reports which luminaires keep elements from being cut.
-fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
+fn words_on_near_luminaires(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
     let lights = context.stage.near_luminaires.as_ref().filter(|lights| lights.touch())?;
     if !are_to_adapt(settings, jobs) {
         return None;

@@ -363,7 +363,7 @@ impl Job {
         };
         self.work.rays += rays;
         self.work.direct_rays += rays;
-        self.map.direct_samples = after_sweep(entries, times, self.map.len());
+        self.map.direct_samples = after_passes(entries, times, self.map.len());
     }
 
     /// Does one slice of chains, rounds or walks towards `goal` samples.
@@ -444,10 +444,10 @@ fn slice_of_passes(
     tally: Tally,
     goal: u64,
     len: usize,
-    rays_per_sweep: f64,
+    rays_per_pass: f64,
 ) -> (Range<usize>, Range<u64>) {
     let most_rays = context.pace.rays_per_slice();
-    let rays = rays_per_sweep.max(1.0) * REPLICAS as f64;
+    let rays = rays_per_pass.max(1.0) * REPLICAS as f64;
     if tally.ahead == 0 && rays <= most_rays {
         let times = ((most_rays / rays) as u64).min(goal - tally.complete).max(1);
         return (0..len, tally.complete..tally.complete + times);
@@ -456,7 +456,7 @@ fn slice_of_passes(
     (tally.ahead..(tally.ahead + entries).min(len), tally.complete..tally.complete + 1)
 }
 
-fn after_sweep(entries: Range<usize>, times: Range<u64>, len: usize) -> Tally {
+fn after_passes(entries: Range<usize>, times: Range<u64>, len: usize) -> Tally {
     if entries.end == len {
         Tally { complete: times.end, ahead: 0 }
     } else {

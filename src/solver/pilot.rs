@@ -47,8 +47,8 @@ const RAYS_BETWEEN_LOOKS: f64 = 10_000.0;
 const FEWEST_SAMPLES: u64 = 2;
 /// Survey samples of an emitter that brings all the light: the usual number, the fewest and the most.
 const USUAL_SURVEY: f64 = 64.0;
-const FEWEST_LOOKS: f64 = 16.0;
-const MOST_LOOKS: f64 = 4096.0;
+const FEWEST_SURVEY: f64 = 16.0;
+const MOST_SURVEY: f64 = 4096.0;
 /// If the best number of survey samples differs by this factor or more, another pilot is worthwhile.
 const WORTH_ANOTHER: f64 = 2.0;
 /// Share of the squared error that direct light may have, for choosing that number.
@@ -192,7 +192,7 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVar
     if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_SURVEY)) {
         return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
     }
-    let looks = looks.clamp(FEWEST_LOOKS, MOST_LOOKS);
+    let looks = looks.clamp(FEWEST_SURVEY, MOST_SURVEY);
     let (cost, survey_rays) = cost_of_surveyed(context, set, looks);
     let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
     (cost, ControlVariates::planned(looks, survey_rays))

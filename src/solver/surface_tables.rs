@@ -126,7 +126,7 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     sides
 }
 
-/// Exposed share of every given element. It is tested closely, unless the elements are so many that this would take long relative to the
+/// Contact-free share of every given element. It is tested closely, unless the elements are so many that this would take long relative to the
 /// map's own rays. In that case it is tested closely only for grids, and elsewhere elements that are wholly hidden are left out of the
 /// average. If the run has ended, for example by a limit, one point of an element decides, and only for grids. Otherwise whatever stands on
 /// a floor would make its least value 0.

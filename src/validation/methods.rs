@@ -49,7 +49,7 @@ pub const METHODS: &[ComparedMethod] = &[
     },
     ComparedMethod {
         name: "gather",
-        description: "gathering rays from elements and receivers look up the light that chains stored in cells, with pooled checks; direct light computed",
+        description: "indirect light by gathering rays that look up cells, which other rays have filled; residual walks measure the error of the cells; direct light computed",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Gather, scene, settings, observer)),

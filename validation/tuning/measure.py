@@ -37,7 +37,7 @@ NUMBERS = [
     ("control/schedule.rs", "GROWTH_AFTER_REFUSAL"),
     ("solver/pilot.rs", "USUAL_SURVEY"),
     ("solver/pilot.rs", "SHARE_OF_ERROR"),
-    ("estimators/control_variate.rs", "SAMPLES_PER_DOUBT"),
+    ("estimators/control_variate.rs", "SAMPLES_PER_UNCERTAINTY"),
     ("estimators/direct.rs", "SHARE_OF_BOUND"),
     ("chain/selection_by_cell.rs", "PLACES"),
     ("chain/selection_by_cell.rs", "SHARE_OF_RUN"),

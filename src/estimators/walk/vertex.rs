@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{ConnectionStart, Mirrors, Stage, TriangleSide};
+use crate::chain::{Mirrors, PointAndNormal, Stage, TriangleSide};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
@@ -85,7 +85,7 @@ pub(super) struct Vertex<'a> {
     /// The point for the tracer, on the side at which light is sampled.
     pub origin: &'a Origin,
     /// Previous point of the walk, if it made a light-path connection (looked back) and this point scatters diffusely.
-    pub looked_back: Option<ConnectionStart>,
+    pub connected_from: Option<PointAndNormal>,
 }
 
 impl Vertex<'_> {
@@ -162,10 +162,10 @@ impl Vertex<'_> {
     /// Direct light of a light sample in lx, without the share that the light-path connection has found.
     #[inline]
     fn direct_lx(&self, sight: &Sight) -> f64 {
-        let share = match (&self.stage.near_luminaires, self.looked_back) {
+        let share = match (&self.stage.near_luminaires, self.connected_from) {
             (Some(lights), Some(from)) => {
                 let place = (self.stage.tracer.position_m(self.origin), self.normal);
-                lights.share_of_look(self.stage, sight.index, place, self.seen, from)
+                lights.share_of_light_sample(self.stage, sight.index, place, self.seen, from)
             }
             _ => 1.0,
         };
@@ -190,7 +190,7 @@ impl Vertex<'_> {
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
             let counted_lm_m2 = direct * self.direct_lx(&sight);
-            if self.looked_back.is_some() && self.stage.is_near(sight.index) {
+            if self.connected_from.is_some() && self.stage.is_near(sight.index) {
                 let lm_m2 = direct * sight.direct_lx();
                 tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
             }
@@ -299,7 +299,7 @@ pub fn in_mirrors_lx(
 /// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLuminaires`]. The cache
 /// is informed of its weight in the walk.
 #[inline]
-pub(super) fn from_near_lights_lx(
+pub(super) fn from_near_luminaires_lx(
     stage: &Stage,
     receiver: &Receiver,
     weight: f64,
@@ -310,6 +310,6 @@ pub(super) fn from_near_lights_lx(
         return (0.0, 0);
     };
     let found = lights.connect_to_packet(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
-    cache.observe(&WalkEvent::ConnectionStart { weight, found: &found });
+    cache.observe(&WalkEvent::Connected { weight, found: &found });
     (found.lx, found.rays)
 }

@@ -130,7 +130,7 @@ impl Report<'_> {
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
             let words = say!(
                 "The electric power of the luminaires is unknown, so no specific power can be given. The scene file \
-                 states it with \"power_w\" of each luminaire."
+                 can state the power of each luminaire with \"power_w\"."
             );
             return format!("<p class=\"soft small\">{words}</p>\n");
         }

@@ -163,9 +163,10 @@ impl Job {
     }
 
     /// Work by cells to an error, in rays, from what the pilot measured of walks.
-    /// A gathering ray has about the variance of a walk. Walks must measure the bias to a share of the
-    /// squared error: over K entries they determine the mean square with √(2K) times the walks of one entry. Choosing luminaires takes work
-    /// beside rays, which counts as it does for walks.
+    ///
+    /// A gathering ray has about the variance of a walk; `RAYS_OF_A_RAY` includes the rays that fill cells. Walks must measure the bias to a
+    /// share of the squared error: over K entries they determine the mean square with √(2K) times the walks of one entry. Choosing
+    /// luminaires takes work beside rays, which counts as it does for walks.
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
         let entries = self.gathered().len() as f64;

@@ -92,7 +92,7 @@ pub struct WorkDone {
 /// State of elements that adapt, and of other elements from which walks or rays start.
 #[derive(Default, Serialize, Deserialize)]
 pub struct AdaptingState {
-    /// Exposed share (not hidden by contact) of each element, where walks or rays start from the given elements; these count as a whole.
+    /// Contact-free share of each element, where walks or rays start from the given elements; these count as a whole.
     /// Otherwise empty.
     pub contact_free: Vec<f64>,
     /// Data that elements that adapt keep beside their sums.

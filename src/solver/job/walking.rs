@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::parts::WalkingState;
-use super::{Engine, Job, Tally, after_sweep, slice_of_passes};
+use super::{Engine, Job, Tally, after_passes, slice_of_passes};
 use crate::maps::{MapKind, half_squares};
 use crate::solver::context::Context;
 use crate::solver::passes::{self, PointWalks};
@@ -37,7 +37,7 @@ impl Job {
         let WalkingState { allotment, groups, .. } = &self.walking;
         let walks = PointWalks { set, number, allotment, sharing, groups: groups.as_ref(), expected_lx };
         self.work.rays += passes::walks_from_points(context, walks, &mut self.map, part.0, part.1);
-        self.map.indirect_samples = after_sweep(entries, times, self.map.len());
+        self.map.indirect_samples = after_passes(entries, times, self.map.len());
     }
 
     /// Finds the groups of neighbours that share walks, if walks are shared and the groups are not known yet.

@@ -7,8 +7,8 @@ use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::Job;
 
-/// The history gets another row after this share of the forecast run, or of the rays so far. It does not depend on whether a map was
-/// judged. The smaller of the two counts, since early forecasts may be far too long.
+/// The history gets a row when a map was judged, and without a judgement after this share of the forecast run or of the rays so far. The
+/// smaller of the two steps counts, since early forecasts may be far too long.
 const STEP_OF_ROWS: f64 = 0.02;
 const GROWTH_OF_ROWS: f64 = 0.1;
 
