@@ -102,8 +102,8 @@ impl AxisRectangle {
 /// ```
 /// use luxmc::base::form_factors::{AxisRectangle, exchange_m2};
 ///
-/// let floor = AxisRectangle { axis: 2, at: 0.0, faces_up: true, stretches: [[0.0, 6.0], [0.0, 4.0]] };
-/// let ceiling = AxisRectangle { axis: 2, at: 3.0, faces_up: false, ..floor };
+/// let floor = AxisRectangle { axis: 2, at_m: 0.0, faces_up: true, stretches_m: [[0.0, 6.0], [0.0, 4.0]] };
+/// let ceiling = AxisRectangle { axis: 2, at_m: 3.0, faces_up: false, ..floor };
 /// assert!((exchange_m2(&floor, &ceiling) / floor.area_m2() - 0.3416939135).abs() < 1e-10);
 /// ```
 pub fn exchange_m2(first: &AxisRectangle, second: &AxisRectangle) -> f64 {
