@@ -28,7 +28,7 @@ pub struct Lookup {
     pub normal: DVec3,
     /// Unit direction of the ray.
     pub direction: DVec3,
-    /// Length of the ray in m.
+    /// Length of the ray in m, or a multiple of it for a cell of a larger edge.
     pub distance_m: f64,
 }
 

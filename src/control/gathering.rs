@@ -91,6 +91,14 @@ impl GatheringParts {
         best
     }
 
+    /// Returns the cheapest growth that brings indirect light alone to an error in lx.
+    pub fn growth_of_indirect(&self, error_lx: f64) -> GatheringGrowth {
+        let [_, of_rays, of_walks] = self.squared_lx2;
+        let parts =
+            GatheringParts { squared_lx2: [0.0, of_rays, of_walks], degrees_of_freedom: f64::INFINITY, ..*self };
+        parts.growth(error_lx)
+    }
+
     /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`, in lx².
     fn cheapest(&self, may_have_lx2: f64) -> [f64; PLAIN] {
         let merit = |kind: usize| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).sqrt();

@@ -23,6 +23,11 @@ use crate::sampling::random::Stream;
 /// Minimum number of samples that a thread takes at a time.
 const SAMPLES_A_TASK: usize = 64;
 
+/// Rays that start in cells look up cells of this many times the edge that rays of entries look up. Many such rays together make the light
+/// of one cell, so the errors of the cells that they look up average out. With 1, the cube takes a fifth to a third more time to 1 %; 4 makes
+/// no difference.
+const EDGES_FROM_CELLS: f64 = 2.0;
+
 /// Factor with which the light of a cell counts.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Term {
@@ -55,6 +60,8 @@ impl DiffusePlace {
 struct FirstDiffuse {
     /// Whether a light sample for direct light is also taken there.
     looks: bool,
+    /// Edge of the cell, relative to one that a ray of an entry looks up.
+    edges: f64,
     found: Option<CellPlace>,
 }
 
@@ -72,7 +79,7 @@ impl Cache for FirstDiffuse {
         let Receiver { point_m, normal, origin } = met.receiver;
         self.found = Some(CellPlace {
             place: DiffusePlace { point_m, normal, origin: *origin },
-            lookup: Lookup { point_m, normal, direction: met.direction, distance_m: met.hit.distance_m },
+            lookup: Lookup { point_m, normal, direction: met.direction, distance_m: self.edges * met.hit.distance_m },
             reflectance: met.reflectance,
         });
         (if self.looks { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
@@ -126,7 +133,7 @@ pub fn gather(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Gathered {
-    let mut first = FirstDiffuse { looks: true, found: None };
+    let mut first = FirstDiffuse { looks: true, edges: 1.0, found: None };
     let (variates, weight) = drawn(density, stream);
     let ([looked_lx, arriving_lx], rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
     Gathered {
@@ -144,10 +151,10 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
     density.map_or((variates, 1.0), |density| density.warp(variates))
 }
 
-/// Sends a ray from a receiver. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it met
-/// one), and the number of rays.
+/// Sends a ray from a point in a cell. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it
+/// met one), and the number of rays.
 fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { looks: true, found: None };
+    let mut first = FirstDiffuse { looks: true, edges: EDGES_FROM_CELLS, found: None };
     let (plain_lx, rays) = walk_indirect_lx(stage, receiver, &mut first, cut, stream);
     (plain_lx, first.found, rays)
 }
@@ -173,7 +180,7 @@ fn look_along(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { looks: false, found: None };
+    let mut first = FirstDiffuse { looks: false, edges: 1.0, found: None };
     let (_, rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }

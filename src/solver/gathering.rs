@@ -20,7 +20,7 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Ratio of a cell's edge to the length of the ray that looks it up: this factor times the error that maps aim at, within bounds. The error
 /// of a cell grows with its edge.
-const EDGES_AN_ERROR: f64 = 25.0;
+const EDGES_AN_ERROR: f64 = 50.0;
 /// Longest walks, in rays, for which that holds. In longer walks light is reflected more often, and each reflection adds the error of cells
 /// again. So edges are shorter by the factor by which walks are longer.
 const RAYS_OF_A_SHORT_WALK: f64 = 5.0;

@@ -22,7 +22,7 @@ const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
 /// Rays of a half that fill cells, per entry, before the first look for an error of 1 % or less; the most of them in a half; and walks of
 /// each entry that walks.
-const FIRST_FILLS: u64 = 16;
+const FIRST_FILLS: u64 = 4;
 const MOST_FILLS: u64 = 1 << 20;
 const USUAL_ERROR: f64 = 0.01;
 const FIRST_WALKS: u64 = 4;
@@ -199,9 +199,11 @@ impl Job {
             .map(|(growth, planned_at)| (growth.rays - (self.work.rays - planned_at) as f64).max(0.0))
     }
 
-    /// Work that gathering still takes by the latest plan, for comparison with the work of other methods.
-    pub fn work_left_to_gather(&self) -> Option<f64> {
-        self.rays_left_to_gather().map(|rays| WORK_OF_A_GATHERING_RAY * rays)
+    /// Work that gathering still takes to an error in lx by the latest look, for comparison with the work of other methods. Direct light
+    /// takes what the pilot measured of it, as in their work: its error at a first look, before elements are cut further, is no measure.
+    pub fn work_left_to_gather(&self, error_lx: f64) -> Option<f64> {
+        let indirect = self.gathering_parts()?.growth_of_indirect(error_lx).rays;
+        Some(self.rays_with_direct(WORK_OF_A_GATHERING_RAY * indirect, error_lx))
     }
 
     /// What a map does before its first look.
