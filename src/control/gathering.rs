@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::margin;
-use crate::maps::ResidualState;
+use crate::maps::{REPLICAS, ResidualState};
 
 /// Kinds of work: passes over direct light, gathering rays, filling of cells, residual walks.
 pub const KINDS: usize = 4;
@@ -49,27 +49,37 @@ const FILL_STEPS: i32 = 24;
 const FILLED: f64 = 0.95;
 
 impl GatheringParts {
-    /// Returns the cheapest growth that reaches a target in lx.
+    /// Returns the cheapest growth that reaches a target in lx. It includes the significant part of the cells' measured error. If nothing would
+    /// have to grow then, it includes all of it, since the look has not accepted the map.
     ///
     /// Walks and filling act together on the remaining error of the cells, so a grid of their growths is tried. The rest is a sum of
     /// variances vᵢ that fall as 1/fᵢ at cost cᵢ fᵢ. It is cheapest if every f is max(1, μ √(v/c)), with one μ for all.
     pub fn growth(&self, target_lx: f64) -> GatheringGrowth {
+        let believed = self.growth_by(self.residuals.believed(), target_lx);
+        if believed.rays > 0.0 { believed } else { self.growth_by(self.residuals, target_lx) }
+    }
+
+    /// The same if the cells have this error.
+    fn growth_by(&self, of_cells: ResidualState, target_lx: f64) -> GatheringGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
         let most = STEP.powi(STEPS - 1);
-        let silent = self.residuals.silent_share;
-        let believed = self.residuals.believed();
+        let silent = of_cells.silent_share;
+        // The correction of the map's mean is complete, so its variance does not depend on the cells' error.
+        let of_scales_lx2 = self.residuals.correction_lx2(1.0, 1.0) / REPLICAS as f64;
+        let of_mean_lx2 = (self.squared_lx2[PLAIN] - of_scales_lx2).max(0.0);
         let mut best =
             GatheringGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
         let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
         // If only some entries walk, all may. Each then walks at least as often as those did.
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
-            let residuals = if all_walk { believed.over_all() } else { believed };
+            let residuals = if all_walk { of_cells.over_all() } else { of_cells };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
             for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
                 let left = residuals.remaining_lx2(walks, fills);
                 let of_chance_lx2 = (goal_lx2 - left.common) / (margin * margin);
-                let may_have_lx2 = of_chance_lx2 - left.chance - self.squared_lx2[PLAIN] / walks;
+                let correction_lx2 = of_mean_lx2 / walks + residuals.correction_lx2(walks, fills) / REPLICAS as f64;
+                let may_have_lx2 = of_chance_lx2 - left.chance - correction_lx2;
                 if may_have_lx2 <= 0.0 {
                     continue;
                 }
@@ -147,5 +157,27 @@ mod tests {
         let unsure = ResidualState { chance: [0.0, 2.0], variance: [0.0, 1e4], ..ResidualState::default() };
         let filling = growth(unsure);
         assert!(filling.reaches && filling.factors[2] > 2.0 && filling.factors[WALKS] < 1.5, "{filling:?}");
+    }
+
+    /// The cells of a look are wrong at single entries, and what walks take off has most of the variance. Fuller cells need less correction.
+    /// A plan in which only more walks lessen that variance (the planted fault) would take 1.5 million rays.
+    #[test]
+    fn fuller_cells_need_less_correction() {
+        let residuals = ResidualState {
+            common: [0.0, 0.0],
+            chance: [2.3, 45.0],
+            standard_error: [1.5, 4.6],
+            variance: [25.0, 230.0],
+            correction_variance: 147.0,
+            silent_share: 0.0,
+        };
+        let parts = GatheringParts {
+            squared_lx2: [0.003, 0.64, 9.2],
+            rays: [5e3, 3.7e5, 1.1e5, 2.3e6],
+            residuals,
+            degrees_of_freedom: 144.0,
+        };
+        let growth = parts.growth(3.2);
+        assert!(growth.reaches && growth.factors[2] > 4.0 && growth.rays < 8e5, "{growth:?}");
     }
 }

@@ -235,6 +235,14 @@ impl ResidualState {
         }
     }
 
+    /// Returns the variance of the correction in one replica, apart from that of the map's mean, for `walks` times as many walks and
+    /// `samples` times as many samples. Where cells have little error, little of it is corrected.
+    pub fn correction_lx2(&self, walks: f64, samples: f64) -> f64 {
+        let state = self.with_samples(samples);
+        let of_scale = |scale: usize| state.share(scale, walks).powi(2) * state.variance[scale] / walks;
+        of_scale(0) + (1.0 - state.silent_share) * of_scale(1)
+    }
+
     /// Returns the state that would result if all entries had walks, the same number each.
     pub fn over_all(self) -> ResidualState {
         let had = 1.0 - self.silent_share;
