@@ -58,16 +58,15 @@ impl ForecastSums {
     pub fn at<'a>(share: f64, runs: impl Iterator<Item = &'a [JudgedForecast]>) -> ForecastSums {
         let latest: Vec<Option<&JudgedForecast>> =
             runs.map(|forecasts| forecasts.iter().rfind(|forecast| forecast.share <= share)).collect();
-        let forecast_runs = || latest.iter().flatten();
-        let off = |of: fn(&JudgedForecast) -> f64| {
-            median(forecast_runs().map(|forecast| (of(forecast) - 1.0).abs()).collect())
-        };
+        let forecasts = || latest.iter().flatten();
+        let off =
+            |of: fn(&JudgedForecast) -> f64| median(forecasts().map(|forecast| (of(forecast) - 1.0).abs()).collect());
         let held = |of: fn(&JudgedForecast) -> bool| {
-            forecast_runs().filter(|forecast| of(forecast)).count() as f64 / forecast_runs().count().max(1) as f64
+            forecasts().filter(|forecast| of(forecast)).count() as f64 / forecasts().count().max(1) as f64
         };
         ForecastSums {
             runs: latest.len(),
-            forecast_runs: forecast_runs().count(),
+            forecast_runs: forecasts().count(),
             off: off(|forecast| forecast.ratio),
             held: held(|forecast| forecast.holds),
             seconds_off: off(|forecast| forecast.seconds_ratio),

@@ -116,8 +116,16 @@ const VIEW: &str = r#"{ "name": "view", "type": "luminance", "position": [0.4,0.
     "view": { "direction": [0.8,1,-0.4], "field_deg": [80,56], "columns": 16, "rows": 10 } }"#;
 const GRID: &str = r#"{ "name": "plane", "type": "grid", "origin": [0.3,0.3,1.0], "u": [4.4,0,0], "v": [0,3.4,0], "columns": 12, "rows": 10 }"#;
 
-const BY_SAMPLES: (Option<f64>, Option<f64>, &str) = (None, Some(0.05), "shadow-rays");
-const BY_MESH: (Option<f64>, Option<f64>, &str) = (Some(0.25), None, "light-mesh");
+/// How a view is computed: the step of a mesh, or the target of samples, and the method that the map names.
+#[derive(Clone, Copy)]
+struct ViewMethod {
+    step_m: Option<f64>,
+    target_error: Option<f64>,
+    name: &'static str,
+}
+
+const BY_SAMPLES: ViewMethod = ViewMethod { step_m: None, target_error: Some(0.05), name: "shadow-rays" };
+const BY_MESH: ViewMethod = ViewMethod { step_m: Some(0.25), target_error: None, name: "light-mesh" };
 
 #[test]
 fn a_view_of_a_glossy_room_agrees_with_walks() {
@@ -140,13 +148,14 @@ fn a_view_of_a_room_with_blinns_gloss_agrees_with_walks() {
 /// computed to 5 % by samples along separate lines of sight, or by a mesh of 0.25 m. The difference is within the combined stated errors,
 /// and so is that of the means. With a gloss of 0.05 instead of 0.25, the means differ by more. The samples take no more rays than a few
 /// walks would.
-fn view_agrees_with_walks(bsdf: &str, exponent: f64, (step_m, target_error, method): (Option<f64>, Option<f64>, &str)) {
+fn view_agrees_with_walks(bsdf: &str, exponent: f64, method: ViewMethod) {
+    let ViewMethod { step_m, target_error, name } = method;
     let of = |specular_reflectance: f64| scene(&gloss(bsdf, specular_reflectance, exponent), ROOM, LAMPS, VIEW);
     let walks = by_walks(&of(0.25), 160 * 512);
     let found = by_mesh(&of(0.25), step_m, target_error);
     let [rms, shift, stated] = compare(&found.maps[0], &walks.maps[0]);
-    println!("{bsdf}, {method}: {rms} {shift} {stated}, {} rays", found.rays);
-    assert_eq!(found.maps[0].method, method, "{bsdf}");
+    println!("{bsdf}, {name}: {rms} {shift} {stated}, {} rays", found.rays);
+    assert_eq!(found.maps[0].method, name, "{bsdf}");
     assert_eq!(found.target_met, target_error.map(|_| true), "{bsdf}: {stated}");
     assert!(target_error.is_none() || found.rays < 400_000, "{bsdf}: {} rays", found.rays);
     assert!(rms < 1.1 * stated.max(target_error.unwrap_or(0.0)), "{bsdf}: {rms} {stated}");

@@ -5,28 +5,43 @@
     python3 validation/tuning/measure.py
 
 The product has no switch for its numbers. This script copies the project to target/tuning/, turns the numbers below into functions that
-multiply them by what an environment variable says, and builds that copy once. Then it solves rooms of the proving ground, with the usual
-numbers and with one number changed at a time, by the same seeds, and compares the work to the same stated error: rays, those of pilots too,
-added up over the seeds. Rays do not depend on the machine. Chance remains, since a run that a look ends later is longer at once: what the
-usual numbers do from one half of the seeds to the other is told as well, as the ratio of "usual" in measured.csv.
+multiply them by what an environment variable says, and builds that copy once. Then it solves rooms of the proving ground and two sample
+scenes, with the usual numbers and with one number changed at a time, by the same seeds, and compares the work to the same stated error: rays,
+those of pilots too, added up over the seeds. Rays do not depend on the machine. Chance remains, since a run that a look ends later is longer at
+once: how much the rays of a case scatter from seed to seed with the usual numbers is printed first.
 """
 import csv
 import json
+import math
 import os
 import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 COPY = ROOT / "target" / "tuning"
-ROOMS = ["furnished", "coffers", "shelves", "corridor", "dim-and-bright", "door-ajar"]
-ROOM_SEED, SEEDS, TARGET = 2, range(4), "3%"
+POINTS, GIVEN, ADAPTIVE = ["--maps", "receivers"], ["--elements", "given"], ["--maps", "elements"]
+# What is solved: a room of the proving ground, or a sample scene, its maps and its target.
+CASES = {
+    "furnished": (POINTS, "1%"),
+    "coffers": (POINTS, "1%"),
+    "corridor": (POINTS, "1%"),
+    "white": (POINTS, "1%"),
+    "cube": (GIVEN, "1%"),
+    "office": (ADAPTIVE, "3%"),
+}
+SCENES = ("cube", "office")
+ROOM_SEED, SEEDS, AT_ONCE = 2, range(3), 2
 FACTORS = ("0.7", "1.3")
 NUMBERS = [
     ("solver/gathering.rs", "EDGES_AN_ERROR"),
+    ("solver/gathering.rs", "RAYS_OF_A_SHORT_WALK"),
+    ("estimators/gathering.rs", "EDGES_FROM_CELLS"),
+    ("solver/choice.rs", "RAYS_OF_A_WALK_WORTH_GATHERING"),
     ("solver/job/gathering.rs", "WORK_OF_A_GATHERING_RAY"),
     ("solver/job/gathering.rs", "WALKS_OF_AN_ENTRY"),
     ("solver/job/gathering.rs", "DIRECT_SHARE"),
@@ -68,7 +83,7 @@ pub fn tuned(name: &str, usual: f64) -> f64 {
 def copy_with_functions():
     """The project's tracked files, with functions in place of the numbers."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
-    wanted = [name for name in listed if name.split("/")[0] in ("src", "benches", "examples", "Cargo.toml", "Cargo.lock", "build.rs")]
+    wanted = [name for name in listed if name.split("/")[0] in ("src", "benches", "docs", "examples", "scenes", "Cargo.toml", "Cargo.lock", "build.rs")]
     shutil.rmtree(COPY / "tree", ignore_errors=True)
     for name in wanted:
         (COPY / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -95,13 +110,15 @@ def build():
     shutil.copy2(Path(environment["CARGO_TARGET_DIR"]) / "release" / "luxmc", COPY / "luxmc")
 
 
-def rays(room, seed, change=None):
+def rays(case, seed, change=None):
     """Rays of one run, its pilots' too."""
     environment = dict(os.environ)
     if change:
         environment["LUXMC_TUNED"] = change
-    out = COPY / "out"
-    command = [COPY / "luxmc", "solve", COPY / room / "room.json", "--out", out, "--quiet", "--target-error", TARGET]
+    scene = ROOT / "scenes" / f"{case}.json" if case in SCENES else COPY / case / "room.json"
+    maps, target = CASES[case]
+    out = COPY / f"out-{case}-{seed}"
+    command = [COPY / "luxmc", "solve", scene, "--out", out, "--quiet", "--threads", "1", "--target-error", target, *maps]
     done = subprocess.run([*command, "--seed", str(seed), "--plots", "none"], env=environment, capture_output=True, text=True)
     if done.returncode not in (0, 3):
         sys.exit(done.stderr)
@@ -109,27 +126,34 @@ def rays(room, seed, change=None):
     return sum(kind["rays"] for kind in summary["spent"].values())
 
 
+def all_rays(change=None):
+    """case → rays of its seeds."""
+    runs = [(case, seed) for case in CASES for seed in SEEDS]
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        found = dict(zip(runs, pool.map(lambda run: rays(*run, change), runs)))
+    return {case: [found[case, seed] for seed in SEEDS] for case in CASES}
+
+
 def main():
     copy_with_functions()
     build()
-    rows, usual = [], {}
-    for room in ROOMS:
-        if not (COPY / room).exists():
-            new = [COPY / "luxmc", "new", "room", "--kind", room, "--seed", str(ROOM_SEED), "--out", COPY / room]
+    for case in CASES:
+        if case not in SCENES and not (COPY / case).exists():
+            new = [COPY / "luxmc", "new", "room", "--kind", case, "--seed", str(ROOM_SEED), "--out", COPY / case]
             subprocess.run(new, check=True, capture_output=True)
-        usual[room] = [rays(room, seed) for seed in SEEDS]
-        half = len(usual[room]) // 2
-        print(room, usual[room], f"halves {sum(usual[room][half:]) / sum(usual[room][:half]):.3f}", flush=True)
+    rows, usual = [], all_rays()
+    for case, found in usual.items():
+        mean = sum(found) / len(found)
+        print(case, found, f"scatter {math.sqrt(sum((one - mean) ** 2 for one in found) / (len(found) - 1)) / mean:.3f}", flush=True)
     for file, name in NUMBERS:
         for factor in FACTORS:
-            for room in ROOMS:
-                changed = [rays(room, seed, f"{file}:{name}={factor}") for seed in SEEDS]
-                ratio = sum(changed) / sum(usual[room])
-                rows.append([file, name, factor, room, f"{ratio:.4f}"])
+            changed = all_rays(f"{file}:{name}={factor}")
+            for case in CASES:
+                rows.append([file, name, factor, case, f"{sum(changed[case]) / sum(usual[case]):.4f}"])
                 print(*rows[-1], flush=True)
         with (HERE / "measured.csv").open("w", newline="") as file_out:
             writer = csv.writer(file_out, lineterminator="\n")
-            writer.writerow(["file", "name", "factor", "room", "work_over_usual"])
+            writer.writerow(["file", "name", "factor", "case", "work_over_usual"])
             writer.writerows(rows)
 
 

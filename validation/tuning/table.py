@@ -54,7 +54,7 @@ def costs():
     works = defaultdict(dict)
     if path.exists():
         for row in csv.DictReader(path.open()):
-            works[row["file"], row["name"]].setdefault(row["factor"], []).append((float(row["work_over_usual"]), row["room"]))
+            works[row["file"], row["name"]].setdefault(row["factor"], []).append((float(row["work_over_usual"]), row["case"]))
     texts = {}
     for key, factors in works.items():
         parts = []
