@@ -49,7 +49,6 @@ NUMBERS = [
     ("solver/job/gathering.rs", "RAYS_OF_A_WALK"),
     ("solver/job/gathering.rs", "MOST_GROWTH"),
     ("control/gathering.rs", "FILLED"),
-    ("control/schedule.rs", "GROWTH_AFTER_REFUSAL"),
     ("solver/pilot.rs", "USUAL_SURVEY"),
     ("solver/pilot.rs", "SHARE_OF_ERROR"),
     ("estimators/control_variate.rs", "SAMPLES_PER_UNCERTAINTY"),
