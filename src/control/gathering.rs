@@ -160,7 +160,7 @@ mod tests {
     }
 
     /// The cells of a look are wrong at single entries, and what walks take off has most of the variance. Fuller cells need less correction.
-    /// A plan in which only more walks lessen that variance (the planted fault) would take 1.5 million rays.
+    /// A plan in which only more walks lessen that variance (the planted fault) would take 1.7 million rays.
     #[test]
     fn fuller_cells_need_less_correction() {
         let residuals = ResidualState {
