@@ -82,7 +82,7 @@ pub fn tuned(name: &str, usual: f64) -> f64 {
 def copy_with_functions():
     """The project's tracked files, with functions in place of the numbers."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
-    wanted = [name for name in listed if name.split("/")[0] in ("src", "benches", "docs", "examples", "scenes", "Cargo.toml", "Cargo.lock", "build.rs")]
+    wanted = [name for name in listed if name.split("/")[0] in ("src", "benches", "examples", "scenes", "Cargo.toml", "Cargo.lock", "build.rs")]
     shutil.rmtree(COPY / "tree", ignore_errors=True)
     for name in wanted:
         (COPY / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
