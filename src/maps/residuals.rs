@@ -202,22 +202,22 @@ impl ResidualState {
         }
     }
 
-    /// Returns the part of each squared error that a plan takes as real. It is smaller where the value is less significant against its
-    /// standard error. With few walks, correct cells can seem to have a large error; more walks will show this.
-    pub fn believed(self) -> ResidualState {
-        let share = |scale: usize| {
+    /// Returns what is expected to be measured after `walks` times as many walks. Of each squared error, the part that is significant against
+    /// its standard error is real and stays. The rest is chance of the walks so far, of which 1/`walks` remains.
+    fn after_walks(self, walks: f64) -> ResidualState {
+        let kept = [0, 1].map(|scale| {
             let squared = self.squared(scale).iter().sum::<f64>();
             let error = TO_BELIEVE * self.standard_error[scale];
-            if squared > 0.0 { squared * squared / (squared * squared + error * error) } else { 0.0 }
-        };
-        let shares = [share(0), share(1)];
-        let scaled = |of: [f64; 2]| [0, 1].map(|scale| shares[scale] * of[scale]);
+            let real = if squared > 0.0 { squared * squared / (squared * squared + error * error) } else { 0.0 };
+            real + (1.0 - real) / walks
+        });
+        let scaled = |of: [f64; 2]| [0, 1].map(|scale| kept[scale] * of[scale]);
         ResidualState { common: scaled(self.common), chance: scaled(self.chance), ..self }
     }
 
-    /// Returns the remaining error for `walks` times as many walks and `samples` times as many samples.
+    /// Returns the remaining error expected for `walks` times as many walks and `samples` times as many samples.
     pub fn remaining_lx2(&self, walks: f64, samples: f64) -> RemainingError {
-        let state = self.with_samples(samples);
+        let state = self.after_walks(walks).with_samples(samples);
         state.remaining_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
     }
 
@@ -238,7 +238,7 @@ impl ResidualState {
     /// Returns the variance of the correction in one replica, apart from that of the map's mean, for `walks` times as many walks and
     /// `samples` times as many samples. Where cells have little error, little of it is corrected.
     pub fn correction_lx2(&self, walks: f64, samples: f64) -> f64 {
-        let state = self.with_samples(samples);
+        let state = self.after_walks(walks).with_samples(samples);
         let of_scale = |scale: usize| state.share(scale, walks).powi(2) * state.variance[scale] / walks;
         of_scale(0) + (1.0 - state.silent_share) * of_scale(1)
     }
@@ -522,6 +522,25 @@ mod tests {
         // Differences from the mean of a region of 16 have 15/16 of the variance. The alternating bias does not fall.
         assert!((mean - 9.0).abs() < 4.0 * error, "{mean} ± {error}");
         assert!((mean - 9.0 * 1.05f64.powi(2)).abs() > 4.0 * error, "the planted fault passed: {mean} ± {error}");
+    }
+
+    /// 200 maps (seeds 0 to 199) whose walks scatter by 10 lx about a bias of 0 or of 3 lx: the error expected after four times the walks is the
+    /// mean of what such walks measure (other seeds), within 15 %. Without a bias, the planted fault, which takes all that the first walks
+    /// measure as real, is above that mean by more than a fifth.
+    #[test]
+    fn more_walks_are_expected_to_show_what_they_show() {
+        let mean = |of: &dyn Fn(u64) -> f64| (0..200).map(of).sum::<f64>() / 200.0;
+        for bias_lx in [0.0, 3.0] {
+            let first = |seed: u64| walked(seed, bias_lx, 10.0).state();
+            let expected = mean(&|seed| first(seed).remaining_lx2(4.0, 1.0).common);
+            let found = mean(&|seed| walked(200 + seed, bias_lx, 5.0).state().remaining_lx2(1.0, 1.0).common);
+            assert!((expected / found - 1.0).abs() < 0.15, "{expected} {found}");
+            let taken_as_real = mean(&|seed| {
+                let state = first(seed);
+                state.remaining_by([0, 1].map(|scale| state.share(scale, 4.0)), 4.0, SURE).common
+            });
+            assert!(bias_lx > 0.0 || taken_as_real > 1.2 * found, "the planted fault passed: {taken_as_real} {found}");
+        }
     }
 
     #[test]

@@ -28,7 +28,7 @@ const DEVIATION_OF_LOOK: f64 = 0.13;
 /// Deviation of a forecast by a look at counts, in addition to the random error of the look itself.
 const DEVIATION_OF_COUNTS: f64 = 0.05;
 /// Deviation of a forecast of the remaining work by the plan of a map that gathers.
-const DEVIATION_OF_PLAN: f64 = 0.3;
+const DEVIATION_OF_PLAN: f64 = 0.4;
 /// Deviation of a forecast of all work, where a check has refused the map.
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
 /// Deviation of a forecast where elements must be cut.
