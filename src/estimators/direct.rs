@@ -286,9 +286,10 @@ impl DirectPass {
         let mut sums_lx = [0.0; 2];
         let mut rays = 0;
         for (number, emitter) in emitters.iter().enumerate() {
+            let view = emitter.view(receiver.point_m, receiver.normal);
             let mut sample_lx = |sequence: usize, stream: &mut Stream| {
                 stream.turn_to(sequence as u64);
-                emitter.light_sample(receiver.point_m, receiver.normal, stream).map_or(0.0, |sample| {
+                view.light_sample(stream).map_or(0.0, |sample| {
                     rays += 1;
                     sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
                 })

@@ -109,12 +109,18 @@ impl Light for TriangleEmitter {
     }
 
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
-        self.triangle_view(point_m, normal)?.light_sample(stream)
+        let unshadowed_lx = self.unshadowed_lx(point_m, normal);
+        if unshadowed_lx <= 0.0 {
+            return None;
+        }
+        let risen = RisenTriangle::new(self.seen_from(point_m), normal);
+        let drawn = risen.as_ref().and_then(|risen| risen.draw(stream));
+        Some(LightSample { unshadowed_lx, place: drawn.map(|(_, barycentric)| self.place(barycentric)) })
     }
 
     fn triangle_view(&self, point_m: DVec3, normal: DVec3) -> Option<TriangleView> {
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
-        let risen = (unshadowed_lx > 0.0).then(|| RisenTriangle::new(self.seen_from(point_m), normal)).flatten();
+        let risen = if unshadowed_lx > 0.0 { RisenTriangle::new(self.seen_from(point_m), normal) } else { None };
         Some(TriangleView { triangle: self.triangle, side: self.side, unshadowed_lx, risen })
     }
 
