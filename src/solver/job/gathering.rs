@@ -26,6 +26,8 @@ const FIRST_FILLS: u64 = 4;
 const MOST_FILLS: u64 = 1 << 20;
 const USUAL_ERROR: f64 = 0.01;
 const FIRST_WALKS: u64 = 4;
+/// Error for which a map that the target does not bind takes its first look, at least: it is only shown.
+const ERROR_OF_UNBOUND: f64 = 0.05;
 /// Most entries that walk at first: with equally many walks, a thousand entries would determine the mean square half as well. Fewer entries
 /// walk if walks are so long that they would take more rays than all other work.
 const FIRST_WALKERS: f64 = 256.0;
@@ -206,12 +208,19 @@ impl Job {
         Some(self.rays_with_direct(WORK_OF_A_GATHERING_RAY * indirect, error_lx))
     }
 
-    /// What a map does before its first look.
+    /// What a map does before its first look. An unbound map is only shown, so it does least.
     fn first_goal(&self, error: f64) -> GatheringGoal {
+        let error = self.error_to_begin_with(error);
         let entries = self.gathered().len().max(1) as u64;
-        let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, MOST_PASSES);
+        let most_passes = if self.bound { MOST_PASSES } else { LEAST_PASSES };
+        let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, most_passes);
         let fills = (FIRST_FILLS as f64 * entries as f64 * (USUAL_ERROR / error).min(1.0)).ceil() as u64;
         GatheringGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
+    }
+
+    /// Error for which a map takes its first look in a run to `error`.
+    fn error_to_begin_with(&self, error: f64) -> f64 {
+        if self.bound { error } else { error.max(ERROR_OF_UNBOUND) }
     }
 
     /// Entries that walk before the first look.
@@ -223,7 +232,7 @@ impl Job {
     /// Begins to gather, for an error or with as many rays as a number of chains.
     pub fn start_gathering(&mut self, context: &Context, error: f64, chains: Option<u64>) {
         let mean_lx = self.mean_without_gathering_lx();
-        let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
+        let squared_lx2 = DIRECT_SHARE * (self.error_to_begin_with(error) * mean_lx).powi(2) * REPLICAS as f64;
         let direct = (self.costs.direct.variance_lx2 / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
         let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
         let mut goal = self.first_goal(error);
