@@ -40,15 +40,7 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     let conversion = fields.number(24, "the conversion factor for intensities, above 0", |value| value > 0.0)?;
     let set_count = fields.count(HEADER_LINES, "the number of sets of lamps", 1)?;
 
-    let after_sets = set_count.checked_mul(LINES_PER_SET).map(|count| count.saturating_add(HEADER_LINES));
-    let Some(after_sets) = after_sets.filter(|&end| end <= lines.len()) else {
-        return Err(PhotometricError::ended(
-            lines.len(),
-            format!("{set_count} sets of lamps of {LINES_PER_SET} lines each"),
-        ));
-    };
-    let sets = (0..set_count).map(|set| lamp_set(&fields, HEADER_LINES + 1 + set * LINES_PER_SET));
-    let sets: Vec<(LampSet, bool)> = sets.collect::<Result<_, _>>()?;
+    let sets = lamp_sets(&fields, set_count)?;
     let (set, absolute) = sets[0].clone();
     if sets.len() > 1 {
         warnings.push(format!(
@@ -59,43 +51,10 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     }
     let lamp_flux_lm = set.flux_lm.unwrap_or(0.0);
 
-    // From here on the file has only numbers: direct ratios, C angles, γ angles, intensities.
     let stored = stored_planes(symmetry, plane_count, &fields)?;
-    let mut tokens = Tokens::new(&lines[after_sets..], after_sets + 1, Comma::Decimal);
-    let promised = stored.checked_mul(angle_count).and_then(|cells| cells.checked_add(plane_count));
-    let promised = promised.and_then(|sum| sum.checked_add(angle_count + DIRECT_RATIOS));
-    if promised.is_none_or(|promised| promised > tokens.left()) {
-        let have = tokens.left();
-        let expected = format!(
-            "{DIRECT_RATIOS} direct ratios, {plane_count} C angles, {angle_count} gamma angles and {stored} planes of intensities, but only {have} values are there"
-        );
-        return Err(PhotometricError::ended(lines.len(), expected));
-    }
-    tokens.list(DIRECT_RATIOS, "a direct ratio", "write 0 where none is known", |_| true)?;
-    let c_deg = tokens.angles(plane_count, "C angles", -180.0..=360.0)?;
-    let gamma_deg = tokens.angles(angle_count, "gamma angles", 0.0..=180.0)?;
-    let per_value = conversion * lamp_flux_lm / 1000.0;
-    let remedy = "no light source has a negative intensity; check Mc, Ng and that no value is missing";
-    let values = tokens.list(stored * angle_count, "an intensity of 0 or more", remedy, |value| value >= 0.0)?;
-    if tokens.left() > 0 {
-        warnings.push(format!("{} values after the last intensity were ignored", tokens.left()));
-    }
-
-    let planes = plane_angles(&c_deg, symmetry, stored)?;
-    let turn = unfold(&planes, &values, angle_count, symmetry);
-    if turn.disagreement > FLUX_TOLERANCE {
-        let percent = 100.0 * turn.disagreement;
-        warnings.push(format!("planes given twice differ by up to {percent:.1}% of the maximum; the first was taken"));
-    }
-    let (lowest, highest) = (gamma_deg[0], gamma_deg[angle_count - 1]);
-    if !([0.0, 90.0].contains(&lowest) && [90.0, 180.0].contains(&highest)) {
-        warnings.push(format!("gamma runs from {lowest} to {highest} degrees; outside of it the intensity is 0"));
-    }
-    let candela = turn.intensity.iter().map(|value| value * per_value).collect();
-    let web = IntensityWeb::new(turn.c_deg, gamma_deg, candela).map_err(|error| {
-        let remedy = "check the conversion factor, the flux of the lamps and the angles";
-        PhotometricError::malformed(24, &error.to_string(), "a table of intensities", remedy)
-    })?;
+    let first_line = HEADER_LINES + set_count * LINES_PER_SET;
+    let numbers = StoredNumbers::read(&lines, first_line, [plane_count, angle_count, stored], &mut warnings)?;
+    let web = numbers.web(symmetry, conversion * lamp_flux_lm / 1000.0, &mut warnings)?;
 
     let flux = web.luminous_flux_lm();
     let header = Header { lamp_flux_lm, output_ratio_percent, downward_percent, absolute };
@@ -123,6 +82,84 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
         web,
         warnings,
     })
+}
+
+/// The sets of lamps, each with whether its photometry is absolute.
+fn lamp_sets(fields: &HeaderLines, count: usize) -> Result<Vec<(LampSet, bool)>, PhotometricError> {
+    let end = count.checked_mul(LINES_PER_SET).map(|lines| lines.saturating_add(HEADER_LINES));
+    if end.is_none_or(|end| end > fields.lines.len()) {
+        return Err(PhotometricError::ended(
+            fields.lines.len(),
+            format!("{count} sets of lamps of {LINES_PER_SET} lines each"),
+        ));
+    }
+    (0..count).map(|set| lamp_set(fields, HEADER_LINES + 1 + set * LINES_PER_SET)).collect()
+}
+
+/// The numbers after the sets of lamps: direct ratios (unused), C angles, γ angles and intensities.
+struct StoredNumbers {
+    c_deg: Vec<f64>,
+    gamma_deg: Vec<f64>,
+    /// Number of planes with intensities.
+    stored: usize,
+    /// Intensities in cd per 1000 lm over the conversion factor, plane by plane.
+    values: Vec<f64>,
+}
+
+impl StoredNumbers {
+    /// Reads them from `first_line` (from 0) on, for numbers of C planes, of γ angles and of planes with intensities.
+    fn read(
+        lines: &[String],
+        first_line: usize,
+        [plane_count, angle_count, stored]: [usize; 3],
+        warnings: &mut Vec<String>,
+    ) -> Result<StoredNumbers, PhotometricError> {
+        let mut tokens = Tokens::new(&lines[first_line..], first_line + 1, Comma::Decimal);
+        let promised = stored.checked_mul(angle_count).and_then(|cells| cells.checked_add(plane_count));
+        let promised = promised.and_then(|sum| sum.checked_add(angle_count + DIRECT_RATIOS));
+        if promised.is_none_or(|promised| promised > tokens.left()) {
+            let have = tokens.left();
+            let expected = format!(
+                "{DIRECT_RATIOS} direct ratios, {plane_count} C angles, {angle_count} gamma angles and {stored} planes of intensities, but only {have} values are there"
+            );
+            return Err(PhotometricError::ended(lines.len(), expected));
+        }
+        tokens.list(DIRECT_RATIOS, "a direct ratio", "write 0 where none is known", |_| true)?;
+        let c_deg = tokens.angles(plane_count, "C angles", -180.0..=360.0)?;
+        let gamma_deg = tokens.angles(angle_count, "gamma angles", 0.0..=180.0)?;
+        let remedy = "no light source has a negative intensity; check Mc, Ng and that no value is missing";
+        let values = tokens.list(stored * angle_count, "an intensity of 0 or more", remedy, |value| value >= 0.0)?;
+        if tokens.left() > 0 {
+            warnings.push(format!("{} values after the last intensity were ignored", tokens.left()));
+        }
+        Ok(StoredNumbers { c_deg, gamma_deg, stored, values })
+    }
+
+    /// The table of intensities all around, in cd. `per_value` is the intensity of a stored value of 1.
+    fn web(
+        self,
+        symmetry: LateralSymmetry,
+        per_value: f64,
+        warnings: &mut Vec<String>,
+    ) -> Result<IntensityWeb, PhotometricError> {
+        let angle_count = self.gamma_deg.len();
+        let planes = plane_angles(&self.c_deg, symmetry, self.stored)?;
+        let turn = unfold(&planes, &self.values, angle_count, symmetry);
+        if turn.disagreement > FLUX_TOLERANCE {
+            let percent = 100.0 * turn.disagreement;
+            warnings
+                .push(format!("planes given twice differ by up to {percent:.1}% of the maximum; the first was taken"));
+        }
+        let (lowest, highest) = (self.gamma_deg[0], self.gamma_deg[angle_count - 1]);
+        if !([0.0, 90.0].contains(&lowest) && [90.0, 180.0].contains(&highest)) {
+            warnings.push(format!("gamma runs from {lowest} to {highest} degrees; outside of it the intensity is 0"));
+        }
+        let candela = turn.intensity.iter().map(|value| value * per_value).collect();
+        IntensityWeb::new(turn.c_deg, self.gamma_deg, candela).map_err(|error| {
+            let remedy = "check the conversion factor, the flux of the lamps and the angles";
+            PhotometricError::malformed(24, &error.to_string(), "a table of intensities", remedy)
+        })
+    }
 }
 
 /// The lines of the header, by their number in the standard.
