@@ -259,6 +259,9 @@ fn a_heavy_tail_does_not_matter_far_under_the_target() {
         assert_eq!(spare_for_tail(parts), needed);
     }
     assert_eq!(spare_for_tail([ScoreEvidence::default(), ScoreEvidence { shape: Some(0.1), ..tail(1.0) }]), 1.0);
+    // A shape of 0.6 of 255 scores is refused now, but not surely without variance: no delay is expected.
+    let unsure = [ScoreEvidence::default(), ScoreEvidence { shape: Some(0.6), ..tail(1.0) }];
+    assert!(!tail_check(unsure, 1.0).passed && spare_for_tail(unsure) == 1.0);
 }
 
 /// An exponential score, and once in 500 times a score without variance. The tail carries a part of the variance that samples show.
