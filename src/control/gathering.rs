@@ -61,30 +61,31 @@ impl GatheringParts {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
         let most = STEP.powi(STEPS - 1);
-        let of_cells = self.residuals;
-        let silent = of_cells.silent_share;
+        let silent = self.residuals.silent_share;
         // The variance of the correction is measured as a whole. What cells do not explain of it is that of the map's mean, which is corrected
         // in full, whatever the cells' error is.
-        let [measured_lx2, expected_lx2] =
-            [self.squared_lx2[PLAIN], of_cells.correction_lx2(1.0, 1.0) / REPLICAS as f64];
+        let [measured_lx2, expected_lx2] = [self.squared_lx2[PLAIN], self.residuals.correction_lx2() / REPLICAS as f64];
         let of_scales = (measured_lx2 / expected_lx2).min(1.0) / REPLICAS as f64;
         let of_mean_lx2 = (measured_lx2 - expected_lx2).max(0.0);
+        let merits =
+            std::array::from_fn(|kind| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).powf(1.0 / (1.0 + POWER)));
         let mut best =
             GatheringGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
         let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
         // If only some entries walk, all may. Each then walks at least as often as those did.
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
-            let residuals = if all_walk { of_cells.over_all() } else { of_cells };
+            let residuals = if all_walk { self.residuals.over_all() } else { self.residuals };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
             for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
-                let left = residuals.remaining_lx2(walks, fills);
+                let expected = residuals.expected(walks, fills);
+                let left = expected.remaining_lx2();
                 let of_chance_lx2 = (goal_lx2 - left.common) / (margin * margin);
-                let correction_lx2 = of_mean_lx2 / walks + of_scales * residuals.correction_lx2(walks, fills);
+                let correction_lx2 = of_mean_lx2 / walks + of_scales * expected.correction_lx2();
                 let may_have_lx2 = of_chance_lx2 - left.chance - correction_lx2;
                 if may_have_lx2 <= 0.0 {
                     continue;
                 }
-                let [direct, rays] = self.cheapest(may_have_lx2);
+                let [direct, rays] = self.cheapest(merits, may_have_lx2);
                 let factors = [direct, rays, fills, walks];
                 let more = |kind: usize| {
                     let wider = if kind == WALKS { walkers } else { 1.0 };
@@ -110,20 +111,19 @@ impl GatheringParts {
         parts.growth(error_lx)
     }
 
-    /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`, in lx².
-    fn cheapest(&self, may_have_lx2: f64) -> [f64; PLAIN] {
-        let merit = |kind: usize| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).powf(1.0 / (1.0 + POWER));
+    /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`, in lx². `merits` are their
+    /// (v/c)^(1/(1 + β)), so v over the merit to the power β is the merit times c.
+    fn cheapest(&self, merits: [f64; PLAIN], may_have_lx2: f64) -> [f64; PLAIN] {
         // A kind that does not grow keeps its variance. The more variance is kept, the faster the other kind has to grow.
         let mut grows = [true; PLAIN];
         loop {
             let kept: f64 = (0..PLAIN).filter(|kind| !grows[*kind]).map(|kind| self.squared_lx2[kind]).sum();
-            let growing = (0..PLAIN).filter(|kind| grows[*kind] && self.squared_lx2[*kind] > 0.0);
-            let sum: f64 = growing.map(|kind| self.squared_lx2[kind] / merit(kind).powf(POWER)).sum();
+            let sum: f64 = (0..PLAIN).filter(|kind| grows[*kind]).map(|kind| self.rays[kind] * merits[kind]).sum();
             let scale =
                 if may_have_lx2 > kept { (sum / (may_have_lx2 - kept)).powf(POWER.recip()) } else { f64::INFINITY };
-            match (0..PLAIN).find(|kind| grows[*kind] && (scale * merit(*kind)).total_cmp(&1.0).is_le()) {
+            match (0..PLAIN).find(|kind| grows[*kind] && (scale * merits[*kind]).total_cmp(&1.0).is_le()) {
                 Some(kind) => grows[kind] = false,
-                None => return std::array::from_fn(|kind| if grows[kind] { scale * merit(kind) } else { 1.0 }),
+                None => return std::array::from_fn(|kind| if grows[kind] { scale * merits[kind] } else { 1.0 }),
             }
         }
     }

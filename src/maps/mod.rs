@@ -27,7 +27,7 @@ pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Measured, MeasuredPart, RemainingError, ResidualState, Residuals, half_squares};
 pub use result::*;
-pub use scores::{EntryScores, GroupScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
+pub use scores::{EntryScores, GroupScores, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};
 pub use tables::{Places, TableSubject, table_row};
 

@@ -97,7 +97,7 @@ impl Measured {
     /// Returns the remaining error of the cells over both scales, in lx²: the squared bias that both halves share and the squared random
     /// error. `sure` standard errors are added to the measured values.
     fn remaining(&self, sure: f64) -> RemainingError {
-        let [one, other] = self.shares.map(|shares| self.state.remaining_by(shares, 1.0, sure));
+        let [one, other] = self.shares.map(|shares| self.state.remaining_by(shares, sure));
         RemainingError { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
     }
 }
@@ -184,10 +184,10 @@ impl ResidualState {
         [both - chance, chance]
     }
 
-    /// Returns the share of a scale that is corrected if there are `walks` times as many walks.
-    fn share(&self, scale: usize, walks: f64) -> f64 {
+    /// Returns the share of a scale that is corrected.
+    fn share(&self, scale: usize) -> f64 {
         let squared = self.squared(scale).iter().sum::<f64>();
-        let all = squared + self.variance[scale] / (walks * REPLICAS as f64);
+        let all = squared + self.variance[scale] / REPLICAS as f64;
         if all > 0.0 { squared / all } else { 0.0 }
     }
 
@@ -202,9 +202,10 @@ impl ResidualState {
         }
     }
 
-    /// Returns what is expected to be measured after `walks` times as many walks. Of each squared error, the part that is significant against
-    /// its standard error is real and stays. The rest is chance of the walks so far, of which 1/`walks` remains.
-    fn after_walks(self, walks: f64) -> ResidualState {
+    /// Returns what is expected to be measured with `walks` times as many walks and `samples` times as many samples of the cells. Of each
+    /// squared error, the part that is significant against its standard error is real and stays. The rest is chance of the walks so far, of
+    /// which 1/`walks` remains.
+    pub fn expected(self, walks: f64, samples: f64) -> ResidualState {
         let kept = [0, 1].map(|scale| {
             let squared = self.squared(scale).iter().sum::<f64>();
             let error = TO_BELIEVE * self.standard_error[scale];
@@ -212,35 +213,35 @@ impl ResidualState {
             real + (1.0 - real) / walks
         });
         let scaled = |of: [f64; 2]| [0, 1].map(|scale| kept[scale] * of[scale]);
-        ResidualState { common: scaled(self.common), chance: scaled(self.chance), ..self }
+        let standard_error = self.standard_error.map(|error| error / walks);
+        let variance = self.variance.map(|variance| variance / walks);
+        ResidualState { common: scaled(self.common), chance: scaled(self.chance), standard_error, variance, ..self }
+            .with_samples(samples)
     }
 
-    /// Returns the remaining error expected for `walks` times as many walks and `samples` times as many samples.
-    pub fn remaining_lx2(&self, walks: f64, samples: f64) -> RemainingError {
-        let state = self.after_walks(walks).with_samples(samples);
-        state.remaining_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
+    /// Returns the remaining error after the correction by walks.
+    pub fn remaining_lx2(&self) -> RemainingError {
+        self.remaining_by([0, 1].map(|scale| self.share(scale)), SURE)
     }
 
-    /// Returns the remaining error after correction by these shares, for `walks` times as many walks. `sure` standard errors are added to
-    /// the measured values.
-    fn remaining_by(&self, shares: [f64; 2], walks: f64, sure: f64) -> RemainingError {
+    /// Returns the remaining error after correction by these shares. `sure` standard errors are added to the measured values.
+    fn remaining_by(&self, shares: [f64; 2], sure: f64) -> RemainingError {
         let kept = |scale: usize| {
             let silent = if scale == 0 { 0.0 } else { self.silent_share };
             (1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent
         };
         let sum = |of: &dyn Fn(usize) -> f64| kept(0) * of(0) + kept(1) * of(1);
         RemainingError {
-            common: sum(&|scale| self.squared(scale)[0] + sure * self.standard_error[scale] / walks),
+            common: sum(&|scale| self.squared(scale)[0] + sure * self.standard_error[scale]),
             chance: sum(&|scale| self.squared(scale)[1]),
         }
     }
 
-    /// Returns the variance of the correction in one replica, apart from that of the map's mean, for `walks` times as many walks and
-    /// `samples` times as many samples. Where cells have little error, little of it is corrected.
-    pub fn correction_lx2(&self, walks: f64, samples: f64) -> f64 {
-        let state = self.after_walks(walks).with_samples(samples);
-        let of_scale = |scale: usize| state.share(scale, walks).powi(2) * state.variance[scale] / walks;
-        of_scale(0) + (1.0 - state.silent_share) * of_scale(1)
+    /// Returns the variance of the correction in one replica, apart from that of the map's mean. Where cells have little error, little of
+    /// it is corrected.
+    pub fn correction_lx2(&self) -> f64 {
+        let of_scale = |scale: usize| self.share(scale).powi(2) * self.variance[scale];
+        of_scale(0) + (1.0 - self.silent_share) * of_scale(1)
     }
 
     /// Returns the state that would result if all entries had walks, the same number each.
@@ -532,12 +533,12 @@ mod tests {
         let mean = |of: &dyn Fn(u64) -> f64| (0..200).map(of).sum::<f64>() / 200.0;
         for bias_lx in [0.0, 3.0] {
             let first = |seed: u64| walked(seed, bias_lx, 10.0).state();
-            let expected = mean(&|seed| first(seed).remaining_lx2(4.0, 1.0).common);
-            let found = mean(&|seed| walked(200 + seed, bias_lx, 5.0).state().remaining_lx2(1.0, 1.0).common);
+            let expected = mean(&|seed| first(seed).expected(4.0, 1.0).remaining_lx2().common);
+            let found = mean(&|seed| walked(200 + seed, bias_lx, 5.0).state().remaining_lx2().common);
             assert!((expected / found - 1.0).abs() < 0.15, "{expected} {found}");
             let taken_as_real = mean(&|seed| {
-                let state = first(seed);
-                state.remaining_by([0, 1].map(|scale| state.share(scale, 4.0)), 4.0, SURE).common
+                let ResidualState { common, chance, .. } = first(seed);
+                ResidualState { common, chance, ..first(seed).expected(4.0, 1.0) }.remaining_lx2().common
             });
             assert!(bias_lx > 0.0 || taken_as_real > 1.2 * found, "the planted fault passed: {taken_as_real} {found}");
         }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::pareto::pareto_shape;
 
 /// Number of largest scores kept of a part of a map.
-pub const LARGEST: usize = 1024;
+const LARGEST: usize = 1024;
 
 /// Deviations of single scores from the level of their entry, each times the square root of the entry's weight: sums and the largest
 /// values. The map's squared error is the sum of their squares divided by the square of the number of samples.
