@@ -5,13 +5,13 @@
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use luxmc::chain::Stage;
 use luxmc::check::read_scene;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::estimators::walk::sample_indirect_lx;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
+use luxmc::transport::World;
 
 /// Chains or walks that one iteration traces.
 const BATCH: u64 = 1000;
@@ -25,7 +25,7 @@ fn chains(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("chains");
     group.throughput(Throughput::Elements(BATCH)).sample_size(20);
     for name in ["cube.json", "office.json"] {
-        let stage = Stage::new(&scene(name));
+        let world = World::new(&scene(name));
         let mut stream = Stream::new(1, Purpose::Chains, 0, 0);
         let mut first = 0;
         group.bench_function(name, |bencher| {
@@ -34,7 +34,7 @@ fn chains(criterion: &mut Criterion) {
                 for chain in first..first + BATCH {
                     stream.seek(chain);
                     let choice = stream.fine_unit();
-                    stage.trace_chain(choice, &mut stream, |_| arrivals += 1);
+                    world.trace_chain(choice, &mut stream, |_| arrivals += 1);
                 }
                 first += BATCH;
                 arrivals
@@ -48,7 +48,7 @@ fn walks(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("walks");
     group.throughput(Throughput::Elements(BATCH)).sample_size(20);
     let scene = scene("office.json");
-    let stage = Stage::new(&scene);
+    let world = World::new(&scene);
     let points = &scene.receivers[0].points;
     let mut stream = Stream::new(1, Purpose::Walks, 1, 0);
     let mut cut = Cut::default();
@@ -58,10 +58,10 @@ fn walks(criterion: &mut Criterion) {
             let mut sum_lx = 0.0;
             for walk in first..first + BATCH {
                 let point = &points[walk as usize % points.len()];
-                let origin = stage.tracer.side_origin(point.position_m, point.normal);
+                let origin = world.tracer.side_origin(point.position_m, point.normal);
                 let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
                 stream.seek(walk);
-                sum_lx += sample_indirect_lx(&stage, &receiver, &mut cut, &mut stream).0;
+                sum_lx += sample_indirect_lx(&world, &receiver, &mut cut, &mut stream).0;
             }
             first += BATCH;
             sum_lx

@@ -12,7 +12,6 @@ use std::path::Path;
 use std::time::Instant;
 
 use glam::DVec3;
-use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
 use luxmc::output::axes::{ChartFrame, Scale};
@@ -22,6 +21,7 @@ use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::reflection::{LobeKind, Pair};
 use luxmc::scene::ReceiverPoint;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
+use luxmc::transport::World;
 use rayon::prelude::*;
 
 const SCENE: &str = r#"{ "version": 1,
@@ -47,14 +47,14 @@ struct Plain {
 
 /// One backward path. At every vertex it evaluates the BSDF towards a direction drawn uniformly in the cone of the ball, if nothing hides
 /// it. Returns the luminance divided by that of the ball.
-fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
-    let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
+fn backward_path(world: &World, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
+    let (mut origin, mut direction) = (world.tracer.free_origin(eye.position_m), eye.normal);
     let mut sum = 0.0;
-    while let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) {
-        let normal = stage.normal(hit.triangle, hit.side);
-        let bsdf = stage.bsdf(hit.triangle);
-        origin = stage.leave(&hit, LobeKind::Spread);
-        let offset = BALL_M - stage.tracer.position_m(&origin);
+    while let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) {
+        let normal = world.normal(hit.triangle, hit.side);
+        let bsdf = world.bsdf(hit.triangle);
+        origin = world.leave(&hit, LobeKind::Spread);
+        let offset = BALL_M - world.tracer.position_m(&origin);
         let one_minus_cos = 1.0 - (1.0 - RADIUS_M * RADIUS_M / offset.length_squared()).sqrt();
         let [u, v] = stream.pair();
         let cosine = 1.0 - u * one_minus_cos;
@@ -63,7 +63,7 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
         let (across, upright) = axis.any_orthonormal_pair();
         let (turn_sine, turn_cosine) = (2.0 * PI * v).sin_cos();
         let towards = cosine * axis + sine * (turn_cosine * across + turn_sine * upright);
-        if towards.dot(normal) > 0.0 && matches!(stage.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
+        if towards.dot(normal) > 0.0 && matches!(world.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
             let pair = Pair { normal, towards, leaving: -direction };
             sum += bsdf.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
         }
@@ -92,8 +92,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let own = solve(&scene, &settings, &Silent);
     let own_s = started.elapsed().as_secs_f64();
     let own = &own.maps[0].values;
-    let stage = Stage::new(&scene);
-    let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().ok_or("a ball")? / PI;
+    let world = World::new(&scene);
+    let ball_cd_m2 = world.emitters.list()[0].exitance_lm_m2().ok_or("a ball")? / PI;
     let started = Instant::now();
     let plain: Vec<Plain> = (0..eyes.len())
         .into_par_iter()
@@ -104,7 +104,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let (mut sum, mut squares) = (0.0, 0.0);
                 for path in paths {
                     stream.seek(path);
-                    let luminance_cd_m2 = ball_cd_m2 * backward_path(&stage, &eyes[index], &mut stream);
+                    let luminance_cd_m2 = ball_cd_m2 * backward_path(&world, &eyes[index], &mut stream);
                     sum += luminance_cd_m2;
                     squares += luminance_cd_m2 * luminance_cd_m2;
                 }

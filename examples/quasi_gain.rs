@@ -9,7 +9,6 @@
 use std::path::Path;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
-use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::estimators::cache::{Cache, CacheAnswer, Met};
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
@@ -19,6 +18,7 @@ use luxmc::estimators::walk::{sample_indirect_lx, walk_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
+use luxmc::transport::World;
 use rayon::prelude::*;
 
 const COUNTS: [u64; 5] = [16, 64, 256, 1024, 4096];
@@ -112,16 +112,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     for edge in ["1", "0.25"] {
         let scene = scene_of(&CUBE.replace("EDGE", edge))?;
-        let stage = Stage::new(&scene);
-        let name = format!("hits counted on elements, cube, {} elements", stage.elements.len());
+        let world = World::new(&scene);
+        let name = format!("hits counted on elements, cube, {} elements", world.elements.len());
         show(&name, repetitions, |stream, quasi, count| {
-            let mut hits = vec![0.0; stage.elements.len()];
+            let mut hits = vec![0.0; world.elements.len()];
             for chain in 0..count {
                 start(stream, quasi, 0, chain);
-                stage.trace_chain(0.0, stream, |arrival| {
+                world.trace_chain(0.0, stream, |arrival| {
                     let hit = &arrival.hit;
                     if arrival.bounces > 0
-                        && let Some(element) = stage.elements.element_at(hit.triangle, hit.barycentric, hit.side)
+                        && let Some(element) = world.elements.element_at(hit.triangle, hit.barycentric, hit.side)
                     {
                         hits[element as usize] += 1.0 / count as f64;
                     }
@@ -132,10 +132,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     let scene = scene_of(&planes(LINE))?;
-    let stage = Stage::new(&scene);
+    let world = World::new(&scene);
     let receivers = &scene.receivers[0];
     let origins: Vec<_> =
-        receivers.points.iter().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
+        receivers.points.iter().map(|point| world.tracer.side_origin(point.position_m, point.normal)).collect();
     let over_points = |stream: &mut Stream, quasi: bool, count: u64, sample: &dyn Fn(&Receiver, &mut Stream) -> f64| {
         let each = receivers.points.iter().zip(&origins).enumerate().map(|(entry, (point, origin))| {
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin };
@@ -149,7 +149,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     show("walks at receivers, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
-            sample_indirect_lx(&stage, receiver, &mut Cut::default(), stream).0
+            sample_indirect_lx(&world, receiver, &mut Cut::default(), stream).0
         })
     });
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
@@ -159,7 +159,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     show("gathering rays with a perfect cache, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
             let mut cache = Exact { table_lx: &table_lx };
-            walk_indirect_lx(&stage, receiver, &mut cache, &mut Cut::default(), stream).0
+            walk_indirect_lx(&world, receiver, &mut cache, &mut Cut::default(), stream).0
         })
     });
 
@@ -167,12 +167,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         [("local estimation, planes", LINE), ("double local estimation, planes, 29 directions", FAN)]
     {
         let scene = scene_of(&planes(receivers))?;
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let set = &scene.receivers[0];
-        let mut anchors = Anchors::of(&stage, set, 1, 1);
-        anchors.set_levels(&stage, 0.23);
+        let mut anchors = Anchors::of(&world, set, 1, 1);
+        anchors.set_levels(&world, 0.23);
         anchors.set_walk_rates();
-        let flux_lm = stage.emitters.luminous_flux_lm();
+        let flux_lm = world.emitters.luminous_flux_lm();
         // As the pilot would choose: 8 chains per walk.
         let connecting = Connecting { bound: 4.0 * std::f64::consts::PI * 8.0 / flux_lm, threshold: 0.0 };
         show(name, repetitions, |stream, quasi, count| {
@@ -185,12 +185,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
                 vertices.clear();
                 let mut share = 1.0;
-                stage.trace_branches(0.0, stream, BRANCHES, chain * u64::from(BRANCHES + 1) + 1, |arrival| {
-                    vertices.extend(anchors.vertex(&stage, arrival, share));
+                world.trace_branches(0.0, stream, BRANCHES, chain * u64::from(BRANCHES + 1) + 1, |arrival| {
+                    vertices.extend(anchors.vertex(&world, arrival, share));
                     share = 1.0 / f64::from(BRANCHES);
                 });
                 for vertex in &vertices {
-                    anchors.connect(&stage, vertex, &connecting, 0.0, &mut scores, |entry, score| {
+                    anchors.connect(&world, vertex, &connecting, 0.0, &mut scores, |entry, score| {
                         sums[entry] += flux_lm * score / count as f64;
                     });
                 }
@@ -200,7 +200,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 for walk in 0..walks {
                     start(stream, quasi, 1 + entry as u64, walk);
                     let (value, _) =
-                        anchors.sample_rest(&stage, set, entry, connecting.bound, &mut Cut::default(), stream);
+                        anchors.sample_rest(&world, set, entry, connecting.bound, &mut Cut::default(), stream);
                     *sum += value / walks as f64;
                 }
             }
@@ -209,15 +209,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     let scene = scene_of(&planes(FAN))?;
-    let stage = Stage::new(&scene);
+    let world = World::new(&scene);
     let set = &scene.receivers[0];
     show("walks from sub-points, planes, 29 directions", repetitions, |stream, quasi, count| {
         let each = set.points.iter().enumerate().map(|(entry, point)| {
-            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let origin = world.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let samples = (0..count).map(|number| {
                 start(stream, quasi, entry as u64, number);
-                sample_reflected_lx(&stage, set.quantity, &receiver, &mut Cut::default(), stream).0
+                sample_reflected_lx(&world, set.quantity, &receiver, &mut Cut::default(), stream).0
             });
             samples.sum::<f64>() / count as f64
         });

@@ -153,7 +153,7 @@ pub mod sampling;
 pub mod check;
 
 #[doc(hidden)]
-pub mod chain;
+pub mod transport;
 
 #[doc(hidden)]
 pub mod caches;

@@ -15,7 +15,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("geometry", 2),
     ("sampling", 2),
     ("check", 3),
-    ("chain", 4),
+    ("transport", 4),
     ("caches", 4),
     ("estimators", 5),
     ("maps", 6),
@@ -118,7 +118,7 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("geometry", &["random", "time", "fs"]),
     ("sampling", &["rayon", "time", "fs"]),
     ("check", &["random", "time", "fs"]),
-    ("chain", &["rayon", "time", "fs", "io"]),
+    ("transport", &["rayon", "time", "fs", "io"]),
     ("caches", &["rayon", "random", "time", "fs", "io"]),
     ("estimators", &["time", "fs", "io"]),
     ("maps", &["rayon", "random", "time", "fs", "io"]),
@@ -135,10 +135,10 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
 /// Files that may use one of these names, as the only ones of their room. Tables that are built before the packets start are built on
 /// several threads, and a very long path reads the clock.
 const KNOW_FOR_THEIR_ROOM: &[(&str, &str)] = &[
-    ("chain/patience.rs", "time"),
-    ("chain/selection_by_cell.rs", "rayon"),
-    ("chain/selection_by_region.rs", "rayon"),
-    ("chain/unlit.rs", "rayon"),
+    ("transport/patience.rs", "time"),
+    ("transport/selection_by_cell.rs", "rayon"),
+    ("transport/selection_by_region.rs", "rayon"),
+    ("transport/unlit.rs", "rayon"),
 ];
 
 #[test]

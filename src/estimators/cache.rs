@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use crate::chain::PacketConnection;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::SurfaceHit;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
+use crate::transport::PacketConnection;
 
 /// Answer of the cache at a diffuse surface that a walk met. It determines what the walk does next.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,7 +14,6 @@ use glam::DVec3;
 use super::direct::{DirectPass, SampleCost, one_light_sample};
 use super::receiver::Receiver;
 use super::walk::MOST_RAYS_OF_A_WALK;
-use crate::chain::{Stage, TriangleSide};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter::{LightSample, Place};
 use crate::sampling::emitter_tree::Cut;
@@ -22,6 +21,7 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::Openings;
+use crate::transport::{TriangleSide, World};
 
 /// A point where a walk met a surface that scatters light towards the receiver.
 pub struct MetPlace<'a> {
@@ -94,15 +94,15 @@ pub trait CoefficientTally {
 /// Takes one walk from a receiver and returns the number of rays. The only luminaire of the scene is a sky, which has 1 cd/m² all around
 /// for coefficients.
 pub fn walk_for_coefficients(
-    (stage, openings): (&Stage, &Openings),
+    (world, openings): (&World, &Openings),
     receiver: &Receiver,
     (pass, cut): (&mut DirectPass, &mut Cut),
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
 ) -> u64 {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let rays = follow((stage, openings), (*receiver.origin, direction), cut, tally, stream);
-    let looks = pass.parts_at_point(stage, receiver, stream, |lx, look| {
+    let rays = follow((world, openings), (*receiver.origin, direction), cut, tally, stream);
+    let looks = pass.parts_at_point(world, receiver, stream, |lx, look| {
         if let Some(towards) = direction_of(look, receiver.point_m) {
             tally.add_sky(towards, lx, SkyPath::Straight);
         }
@@ -119,7 +119,7 @@ fn direction_of(look: &LightSample, from_m: DVec3) -> Option<DVec3> {
 }
 
 fn follow(
-    (stage, openings): (&Stage, &Openings),
+    (world, openings): (&World, &Openings),
     (mut origin, mut direction): (Origin, DVec3),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
@@ -132,33 +132,33 @@ fn follow(
     let mut has_scattered = false;
     while rays < MOST_RAYS_OF_A_WALK {
         rays += 1;
-        let hit = match stage.tracer.first_hit(&origin, direction) {
+        let hit = match world.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(_) => return rays,
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
-                if let Some(sky) = stage.emitters.sky().filter(|_| is_mirrored) {
+                if let Some(sky) = world.emitters.sky().filter(|_| is_mirrored) {
                     tally.add_sky(direction, PI * sky.luminance_cd_m2(direction), way);
                 }
                 return rays;
             }
         };
-        let from_m = stage.tracer.position_m(&origin);
+        let from_m = world.tracer.position_m(&origin);
         if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
             way = SkyPath::FromOutside;
         }
-        let bsdf = stage.bsdf(hit.triangle);
-        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = world.bsdf(hit.triangle);
+        if bsdf.is_black() || !world.receives(hit.triangle, hit.side) {
             return rays;
         }
         if bsdf.scatters() {
             has_scattered = true;
-            rays += look_from(stage, (&hit, direction, bsdf, way), cut, tally, stream);
+            rays += look_from(world, (&hit, direction, bsdf, way), cut, tally, stream);
         }
-        let Some(scattered) = bsdf.sample(direction, stage.normal_at(&hit), stream) else {
+        let Some(scattered) = bsdf.sample(direction, world.normal_at(&hit), stream) else {
             return rays;
         };
-        origin = stage.leave(&hit, scattered.lobe);
+        origin = world.leave(&hit, scattered.lobe);
         direction = scattered.direction;
         is_mirrored = match scattered.lobe {
             LobeKind::Mirrored => true,
@@ -166,19 +166,19 @@ fn follow(
             LobeKind::Spread | LobeKind::Glossy | LobeKind::SpreadThrough => false,
         };
     }
-    stage.patience.note_walk_given_up();
+    world.patience.note_walk_given_up();
     rays
 }
 
 /// Reports a surface point that scatters, and takes a light sample of the sky from it. Returns the number of rays.
 fn look_from(
-    stage: &Stage,
+    world: &World,
     (hit, direction, bsdf, sky_path): (&SurfaceHit, DVec3, &Bsdf, SkyPath),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
 ) -> u64 {
-    let met_normal = stage.normal_at(hit);
+    let met_normal = world.normal_at(hit);
     // A sheet transmits the light that arrives at its other side.
     let total = bsdf.total(1.0);
     let is_behind = matches!(bsdf, Bsdf::Translucent(sheet) if stream.unit() * total >= sheet.reflectance);
@@ -192,10 +192,10 @@ fn look_from(
     };
     let place = MetPlace { spot: (hit.triangle, side), barycentric: hit.barycentric, response };
     tally.met(&place);
-    let origin = stage.leave(hit, lobe);
-    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
+    let origin = world.leave(hit, lobe);
+    let receiver = Receiver { point_m: world.tracer.position_m(&origin), normal, origin: &origin };
     let cost = if matches!(place.response, Response::Even(_)) { SampleCost::Cheap } else { SampleCost::Full };
-    let Some(sight) = one_light_sample(stage, place.spot, &receiver, cost, cut, stream) else {
+    let Some(sight) = one_light_sample(world, place.spot, &receiver, cost, cut, stream) else {
         return 0;
     };
     let lx = sight.direct_lx();

@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::cosine_hemisphere;
+use crate::transport::World;
 
 /// Number of rays that must all meet backs. A point that sees backs beside other things is not hidden.
 const RAYS: u64 = 12;
@@ -23,12 +23,12 @@ const RISE_RAD: f64 = 0.02;
 const CLOSE: f64 = 10.0;
 
 /// Whether a point with a unit normal is hidden by contact, and the number of rays traced to determine this.
-pub fn is_in_contact(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
+pub fn is_in_contact(world: &World, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
     // A solid that stands there may contain others. Where beams cross, a ray within one meets the other from outside.
-    if stage.tracer.is_pressed(origin) {
+    if world.tracer.is_pressed(origin) {
         return (true, 1);
     }
-    let close_m = CLOSE * stage.tracer.position_accuracy_m();
+    let close_m = CLOSE * world.tracer.position_accuracy_m();
     let (along, across) = normal.any_orthonormal_pair();
     for ray in 1..=RAYS + FLAT_RAYS {
         // The first ray follows the normal, directly into what lies just above the point.
@@ -40,9 +40,9 @@ pub fn is_in_contact(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut
                 RISE_RAD.sin() * normal + RISE_RAD.cos() * (cosine * along + sine * across)
             }
         };
-        match stage.tracer.first_hit_from_there(origin, direction) {
+        match world.tracer.first_hit_from_there(origin, direction) {
             Meeting::Surface(hit) if ray == 1 && hit.distance_m < close_m => return (true, 1 + ray),
-            Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side) => {}
+            Meeting::Surface(hit) if !world.receives(hit.triangle, hit.side) => {}
             _ => return (false, 1 + ray),
         }
     }
@@ -72,7 +72,7 @@ mod tests {
                 { "name": "duct", "type": "box", "min": [3.0,0.5,2.3], "max": [3.3,0.8,3.1], "facing": "outward", "material": "m" } ],
             "luminaires": [ { "name": "a", "type": "point", "position": [3,2,1.5], "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         // Minimum and maximum along the two axes that follow in the room's order.
         let on_ceiling = [[1.01, 1.17, 1.03, 2.51], [0.0, 2.2, 1.6, 1.76], [3.0, 3.3, 0.5, 0.8]];
         let surfaces = [("room/ceiling", &on_ceiling[..]), ("room/x_min", &[[1.6, 1.76, 2.35, 2.7]][..])];
@@ -80,12 +80,12 @@ mod tests {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface") as u32;
             let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
             let (mut inside, mut near_edges, mut beside, mut within) = (0, 0, 0, 0);
-            for index in stage.elements.of_surface(&scene, surface) {
-                let element = Element::of(&stage, &scene, &stage.elements, index);
+            for index in world.elements.of_surface(&scene, surface) {
+                let element = Element::of(&world, &scene, &world.elements, index);
                 for place in 0..20_000 {
                     stream.seek((u64::from(index) << 32) | place);
-                    let at = element.draw(&stage, &mut stream);
-                    let point_m = element.point_m(&stage, at);
+                    let at = element.draw(&world, &mut stream);
+                    let point_m = element.point_m(&world, at);
                     let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
                     // Depth inside the footprint that contains it most deeply.
                     let depth_m = |[a, b, c, d]: &[f64; 4]| (u - a).min(b - u).min(v - c).min(d - v);
@@ -93,13 +93,13 @@ mod tests {
                     if depth_m.abs() < 1e-4 {
                         continue;
                     }
-                    let (in_contact, _) = element.is_in_contact(&stage, at, &mut stream);
+                    let (in_contact, _) = element.is_in_contact(&world, at, &mut stream);
                     assert_eq!(in_contact, depth_m > 0.0, "{name} {point_m} {depth_m}");
                     if depth_m > 0.0 {
-                        let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
-                        let met = stage.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
-                        let straight = stage.tracer.first_hit_from_there(&origin, normal);
-                        let shows = |met: &Meeting| matches!(met, Meeting::Surface(hit) if stage.receives(hit.triangle, hit.side) && hit.distance_m > 1e-3);
+                        let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
+                        let met = world.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
+                        let straight = world.tracer.first_hit_from_there(&origin, normal);
+                        let shows = |met: &Meeting| matches!(met, Meeting::Surface(hit) if world.receives(hit.triangle, hit.side) && hit.distance_m > 1e-3);
                         inside += 1;
                         near_edges += u32::from(depth_m < 5e-3);
                         beside += u32::from(shows(&met));
@@ -124,23 +124,23 @@ mod tests {
                 { "name": "low", "type": "rectangle", "origin": [2.5,1,2.68], "u": [0,0.6,0], "v": [0.6,0,0], "material": "m" } ],
             "luminaires": [ { "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let surface =
             scene.surfaces.iter().position(|surface| surface.name == "room/ceiling").expect("a surface") as u32;
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         let mut in_the_dark = 0;
-        for index in stage.elements.of_surface(&scene, surface) {
-            let element = Element::of(&stage, &scene, &stage.elements, index);
+        for index in world.elements.of_surface(&scene, surface) {
+            let element = Element::of(&world, &scene, &world.elements, index);
             for place in 0..20_000 {
                 stream.seek((u64::from(index) << 32) | place);
-                let at = element.draw(&stage, &mut stream);
-                let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
+                let at = element.draw(&world, &mut stream);
+                let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
                 let meets_back = |direction: DVec3| {
-                    let met = stage.tracer.first_hit_from_there(&origin, direction);
-                    matches!(met, Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side))
+                    let met = world.tracer.first_hit_from_there(&origin, direction);
+                    matches!(met, Meeting::Surface(hit) if !world.receives(hit.triangle, hit.side))
                 };
                 in_the_dark += u32::from((0..RAYS).all(|_| meets_back(cosine_hemisphere(normal, stream.pair()))));
-                assert!(!is_in_contact(&stage, &origin, normal, &mut stream).0, "{}", element.point_m(&stage, at));
+                assert!(!is_in_contact(&world, &origin, normal, &mut stream).0, "{}", element.point_m(&world, at));
             }
         }
         assert!(in_the_dark > 100, "the planted fault told the same: {in_the_dark}");

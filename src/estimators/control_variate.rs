@@ -11,9 +11,9 @@ mod survey;
 use serde::{Deserialize, Serialize};
 
 use super::receiver::Receiver;
-use crate::chain::Stage;
 use crate::sampling::emitter::{EmitterView, Emitters, LightSample};
 use crate::sampling::random::{Square, Stream};
+use crate::transport::World;
 
 use survey::Survey;
 
@@ -95,7 +95,7 @@ impl ControlVariate {
     /// Surveys the emitters from a receiver, weighted by the illuminance that they may give there. An emitter that gives all the light gets
     /// `survey_samples` samples. No later sample draws from `stream`.
     pub fn of(
-        stage: &Stage,
+        world: &World,
         receiver: &Receiver,
         importance: &[f64],
         survey_samples: f64,
@@ -106,9 +106,9 @@ impl ControlVariate {
         let mut seen_lx = total;
         // Emitters with little of all light may have much of the light that is not hidden.
         for is_strong in [true, false] {
-            for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
+            for (number, (emitter, importance)) in world.emitters.list().iter().zip(importance).enumerate() {
                 if *importance > 0.0 && (*importance >= SHARE_FOR_A_LIGHT_SAMPLE * total) == is_strong {
-                    let mut survey = Survey::new(stage, receiver, emitter, number as u32, *importance, stream);
+                    let mut survey = Survey::new(world, receiver, emitter, number as u32, *importance, stream);
                     survey.take([total, seen_lx], survey_samples, &mut expectation);
                     expectation.rays += survey.rays;
                 }
@@ -143,7 +143,7 @@ impl ControlVariate {
     /// One unbiased sample of the direct illuminance in lx, and the number of rays. `views` holds those of the receiver's earlier samples.
     pub fn sample<'a>(
         &self,
-        stage: &'a Stage,
+        world: &'a World,
         receiver: &Receiver,
         views: &mut Views<'a>,
         stream: &mut Stream,
@@ -166,10 +166,10 @@ impl ControlVariate {
             stream.turn_to_square(again << 48 | item.square.code() << 32 | u64::from(item.emitter), item.square);
             again += 1;
             let variates = stream.ahead();
-            let light_sample = views.light_sample(&stage.emitters, item.emitter, receiver, stream);
+            let light_sample = views.light_sample(&world.emitters, item.emitter, receiver, stream);
             let found_lx = light_sample.map_or(0.0, |sample| {
                 rays += 1;
-                sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
+                sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
             });
             let expected_lx = item.expected_lx + item.change_lx(variates);
             sum_lx += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
@@ -249,12 +249,12 @@ mod tests {
     fn samples_beside_a_control_variate_have_the_mean_of_light_samples_of_every_lamp() {
         const N: u64 = 20_000;
         let scene = scene_from_json(SCENE, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let mut pass = DirectPass::default();
         let (mut by_expectation, mut by_passes) = ([0.0; 2], 0.0);
         for x in [0.4, 1.0, 1.5, 1.8, 2.3, 2.7, 3.4] {
             let (point_m, normal) = (DVec3::new(x, 1.3, 0.3), DVec3::Z);
-            let origin = stage.tracer.side_origin(point_m, normal);
+            let origin = world.tracer.side_origin(point_m, normal);
             let receiver = Receiver { point_m, normal, origin: &origin };
             let sampled = |seed: u64, is_quasi: bool, sample: &mut dyn FnMut(&mut Stream) -> (f64, u64)| {
                 let mut stream = Stream::new(seed, Purpose::Direct, 0, 0);
@@ -273,15 +273,15 @@ mod tests {
                     .collect();
                 (mean_and_error(&samples), rays as f64 / N as f64)
             };
-            let mut by_pass = |stream: &mut Stream| DirectPass::default().at_point(&stage, &receiver, stream);
+            let mut by_pass = |stream: &mut Stream| DirectPass::default().at_point(&world, &receiver, stream);
             let ((truth, truth_error), pass_rays) = sampled(6, false, &mut by_pass);
             by_passes += truth_error * truth_error * pass_rays;
             for (place, (survey_samples, is_quasi)) in
                 [(16.0, false), (1024.0, false), (64.0, true)].into_iter().enumerate()
             {
-                let expectation = pass.expect(&stage, &receiver, survey_samples);
+                let expectation = pass.expect(&world, &receiver, survey_samples);
                 let mut views = Views::default();
-                let mut sample = |stream: &mut Stream| expectation.sample(&stage, &receiver, &mut views, stream);
+                let mut sample = |stream: &mut Stream| expectation.sample(&world, &receiver, &mut views, stream);
                 let ((mean, error), rays) = sampled(5, is_quasi, &mut sample);
                 let bound = 4.5 * error.hypot(truth_error) + 1e-9 * truth;
                 let what = format!("at {x}, {survey_samples} survey samples: {mean} {truth} ± {error} {truth_error}");
@@ -303,13 +303,13 @@ mod tests {
           "geometry": [ { "name": "floor", "type": "rectangle", "origin": [0,0,0], "u": [4,0,0], "v": [0,4,0], "material": "grey" } ],
           "luminaires": [ { "name": "a", "type": "point", "position": [1, 1, 2], "luminous_flux_lm": 1256.6370614359173 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let (point_m, normal) = (DVec3::new(1.0, 1.0, 1.0), DVec3::Z);
-        let origin = stage.tracer.side_origin(point_m, normal);
+        let origin = world.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
-        let expectation = DirectPass::default().expect(&stage, &receiver, 64.0);
+        let expectation = DirectPass::default().expect(&world, &receiver, 64.0);
         let (lx, rays) =
-            expectation.sample(&stage, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
+            expectation.sample(&world, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
         assert!((lx - 100.0).abs() < 1e-9 && rays == 0, "{lx} lx by {rays} rays");
     }
 }

@@ -5,13 +5,13 @@ use glam::DVec3;
 use super::control_variate::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use super::element::Element;
 use super::receiver::Receiver;
-use crate::chain::{HIDDEN, LightInSight, Stage, TriangleSide};
 use crate::sampling::emitter::{Emitter, LightSample};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
+use crate::transport::{HIDDEN, LightInSight, TriangleSide, World};
 
 /// Up to this number, each emitter gets a light sample in every pass, at a receiver and at a glossy sub-point that an eye sees. If there
 /// are more emitters, a stratified choice represents all.
@@ -53,29 +53,29 @@ impl DirectPass {
     ///
     /// Every emitter gives its exact unshadowed illuminance times the visibility of one of its points. The point is drawn in proportion to
     /// its illuminance.
-    pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    pub fn at_point(&mut self, world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
         let mut sum_lx = 0.0;
-        let rays = self.parts_at_point(stage, receiver, stream, |lx, _| sum_lx += lx);
+        let rays = self.parts_at_point(world, receiver, stream, |lx, _| sum_lx += lx);
         (sum_lx, rays)
     }
 
     /// The same part by part. Each part comes with its light sample. Returns the number of rays.
     pub fn parts_at_point(
         &mut self,
-        stage: &Stage,
+        world: &World,
         receiver: &Receiver,
         stream: &mut Stream,
         mut found: impl FnMut(f64, &LightSample),
     ) -> u64 {
-        if stage.emitters.list().len() > MOST_EACH {
-            let survey_rays = self.weigh_at(stage, receiver);
-            return survey_rays + self.sample_most(stage, receiver, stream, found);
+        if world.emitters.list().len() > MOST_EACH {
+            let survey_rays = self.weigh_at(world, receiver);
+            return survey_rays + self.sample_most(world, receiver, stream, found);
         }
         let mut rays = 0;
-        for (number, emitter) in stage.emitters.list().iter().enumerate() {
+        for (number, emitter) in world.emitters.list().iter().enumerate() {
             stream.turn_to(number as u64);
             if let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
-                found(sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin), &sample);
+                found(sample.unshadowed_lx * world.seen_share(&sample, receiver.origin), &sample);
                 rays += 1;
             }
         }
@@ -84,10 +84,10 @@ impl DirectPass {
 
     /// The control variate of a point, for any number of samples there (docs/methods.md, section 2). An emitter that gives all of the light
     /// there gets `survey_samples` light samples, the others get their shares of that.
-    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
-        let rays = self.weigh_at(stage, receiver);
+    pub fn expect(&mut self, world: &World, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
+        let rays = self.weigh_at(world, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
-        let mut control_variate = ControlVariate::of(stage, receiver, &self.importance, survey_samples, &mut stream);
+        let mut control_variate = ControlVariate::of(world, receiver, &self.importance, survey_samples, &mut stream);
         control_variate.rays += rays;
         control_variate
     }
@@ -96,13 +96,13 @@ impl DirectPass {
     ///
     /// An opening counts as its centre, which may lie below the horizon while parts of it do not. A share of the bound keeps these parts
     /// possible.
-    fn weigh_at(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
+    fn weigh_at(&mut self, world: &World, receiver: &Receiver) -> u64 {
         let (point_m, normal) = (receiver.point_m, receiver.normal);
-        self.weigh(stage, |emitter| {
+        self.weigh(world, |emitter| {
             let bound = emitter.importance(point_m, normal);
             if bound > 0.0 { emitter.unshadowed_lx(point_m, normal) + SHARE_OF_BOUND * bound } else { 0.0 }
         });
-        let rays = self.weigh_hidden_less(stage, receiver);
+        let rays = self.weigh_hidden_less(world, receiver);
         let total: f64 = self.importance.iter().sum();
         let any = SHARE_FOR_ANY * total / self.importance.len() as f64;
         self.importance.iter_mut().filter(|importance| **importance > 0.0).for_each(|importance| *importance += any);
@@ -112,7 +112,7 @@ impl DirectPass {
 
     /// Searches for visible luminaires, strong ones first, until the rest is small beside them. If nearly all unshadowed light is hidden,
     /// the hidden luminaires together get no more weight than all others. Returns the number of rays.
-    fn weigh_hidden_less(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
+    fn weigh_hidden_less(&mut self, world: &World, receiver: &Receiver) -> u64 {
         let mut stream = stream_of_place(receiver, 0);
         self.hidden.clear();
         let place = [receiver.point_m, receiver.normal];
@@ -126,7 +126,7 @@ impl DirectPass {
                 self.hidden.push(index);
             }
         };
-        let found = stage.light_samples_around(receiver.origin, place, &mut stream, &mut note_hidden, &enough);
+        let found = world.light_samples_around(receiver.origin, place, &mut stream, &mut note_hidden, &enough);
         let weight_of = |indices: &[u32]| indices.iter().map(|index| self.importance[*index as usize]).sum::<f64>();
         let (weight_hidden, weight) = (weight_of(&self.hidden), self.total);
         let others = weight - weight_hidden;
@@ -141,7 +141,7 @@ impl DirectPass {
     /// steps through the probabilities that walks use for their choice.
     pub fn chosen_samples(
         &mut self,
-        stage: &Stage,
+        world: &World,
         spot: TriangleSide,
         receiver: &Receiver,
         count: usize,
@@ -149,7 +149,7 @@ impl DirectPass {
     ) -> (f64, u64) {
         let first = stream.fine_unit();
         let (point_m, normal) = (receiver.point_m, receiver.normal);
-        let choices = stage.choices(spot, point_m, normal, &mut self.cut);
+        let choices = world.choices(spot, point_m, normal, &mut self.cut);
         let (mut sum_lx, mut rays) = (0.0, 0);
         for step in 0..count {
             let variate = (first + step as f64) / count as f64;
@@ -157,17 +157,17 @@ impl DirectPass {
                 continue;
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
-            if let Some(sample) = stage.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
-                sum_lx += sample.unshadowed_lx / probability * stage.seen_share(&sample, receiver.origin);
+            if let Some(sample) = world.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
+                sum_lx += sample.unshadowed_lx / probability * world.seen_share(&sample, receiver.origin);
                 rays += 1;
             }
         }
         (sum_lx / count as f64, rays)
     }
 
-    fn weigh(&mut self, stage: &Stage, weight: impl Fn(&Emitter) -> f64) {
+    fn weigh(&mut self, world: &World, weight: impl Fn(&Emitter) -> f64) {
         self.importance.clear();
-        self.importance.extend(stage.emitters.list().iter().map(weight));
+        self.importance.extend(world.emitters.list().iter().map(weight));
         self.total = self.importance.iter().sum();
     }
 
@@ -176,7 +176,7 @@ impl DirectPass {
     /// randomness.
     fn sample_most(
         &self,
-        stage: &Stage,
+        world: &World,
         receiver: &Receiver,
         stream: &mut Stream,
         mut found: impl FnMut(f64, &LightSample),
@@ -185,7 +185,7 @@ impl DirectPass {
         let mut next = stream.fine_unit() * step;
         let mut before = 0.0;
         let mut rays = 0;
-        for (number, (emitter, importance)) in stage.emitters.list().iter().zip(&self.importance).enumerate() {
+        for (number, (emitter, importance)) in world.emitters.list().iter().zip(&self.importance).enumerate() {
             let weight = if *importance >= step {
                 1.0
             } else {
@@ -198,7 +198,7 @@ impl DirectPass {
             };
             stream.turn_to(number as u64);
             if let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
-                found(sample.unshadowed_lx * weight * stage.seen_share(&sample, receiver.origin), &sample);
+                found(sample.unshadowed_lx * weight * world.seen_share(&sample, receiver.origin), &sample);
                 rays += 1;
             }
         }
@@ -209,24 +209,24 @@ impl DirectPass {
     ///
     /// A point emitter uses the exact solid angle of a flat element, Ē = I Ω/A. For all other emitters, and on smooth bodies, a point is
     /// drawn uniformly in the element.
-    pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
-        if stage.is_unlit(element.spot()) {
+    pub fn over_element(&mut self, world: &World, element: &Element, stream: &mut Stream) -> (f64, u64) {
+        if world.is_unlit(element.spot()) {
             return (0.0, 0);
         }
-        if stage.emitters.list().len() <= MOST_EACH {
+        if world.emitters.list().len() <= MOST_EACH {
             let mut sum_lx = 0.0;
             let mut rays = 0;
-            for emitter in stage.emitters.list() {
+            for emitter in world.emitters.list() {
                 let point = if element.is_curved() { None } else { emitter.draw_point(stream) };
                 let brought_lx = match point {
-                    Some(point) => point_over_element(stage, emitter, &point, element, stream),
+                    Some(point) => point_over_element(world, emitter, &point, element, stream),
                     None => {
-                        let at = element.draw(stage, stream);
-                        let (point_m, normal) = (element.point_m(stage, at), element.normal_at(stage, at));
+                        let at = element.draw(world, stream);
+                        let (point_m, normal) = (element.point_m(world, at), element.normal_at(world, at));
                         emitter.light_sample(point_m, normal, stream).map(|sample| {
-                            let origin = element.origin(stage, at);
+                            let origin = element.origin(world, at);
                             let receiver = Receiver { point_m, normal, origin: &origin };
-                            sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
+                            sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
                         })
                     }
                 };
@@ -235,32 +235,32 @@ impl DirectPass {
             }
             return (sum_lx, rays);
         }
-        let at = element.draw(stage, stream);
-        let origin = element.origin(stage, at);
+        let at = element.draw(world, stream);
+        let origin = element.origin(world, at);
         let receiver =
-            Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
-        self.chosen_samples(stage, element.spot(), &receiver, SAMPLES_OVER_ELEMENT, stream)
+            Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
+        self.chosen_samples(world, element.spot(), &receiver, SAMPLES_OVER_ELEMENT, stream)
     }
 
     /// Two samples of the direct light at a random point of an element that is not hidden by contact.
-    pub fn sample_twice(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> SamplePair {
-        let (at, rays) = element.draw_contact_free(stage, stream);
-        let seen = self.sample_twice_at(stage, element, at, stream);
+    pub fn sample_twice(&mut self, world: &World, element: &Element, stream: &mut Stream) -> SamplePair {
+        let (at, rays) = element.draw_contact_free(world, stream);
+        let seen = self.sample_twice_at(world, element, at, stream);
         SamplePair { rays: seen.rays + rays, ..seen }
     }
 
     /// The same at a given point.
     pub fn sample_twice_at(
         &mut self,
-        stage: &Stage,
+        world: &World,
         element: &Element,
         at: [f64; 2],
         stream: &mut Stream,
     ) -> SamplePair {
-        let origin = element.origin(stage, at);
+        let origin = element.origin(world, at);
         let receiver =
-            Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
-        let (samples_lx, rays) = self.twice(stage, element.spot(), &receiver, stream);
+            Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
+        let (samples_lx, rays) = self.twice(world, element.spot(), &receiver, stream);
         SamplePair { at, samples_lx, rays }
     }
 
@@ -269,18 +269,18 @@ impl DirectPass {
     /// The light of point emitters has no randomness and is sampled once.
     fn twice(
         &mut self,
-        stage: &Stage,
+        world: &World,
         spot: TriangleSide,
         receiver: &Receiver,
         stream: &mut Stream,
     ) -> ([f64; 2], u64) {
-        if stage.is_unlit(spot) {
+        if world.is_unlit(spot) {
             return ([0.0; 2], 0);
         }
-        let emitters = stage.emitters.list();
+        let emitters = world.emitters.list();
         if emitters.len() > MOST_EACH {
-            let (one_lx, one_rays) = self.chosen_samples(stage, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
-            let (other_lx, other_rays) = self.chosen_samples(stage, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
+            let (one_lx, one_rays) = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
+            let (other_lx, other_rays) = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
             return ([one_lx, other_lx], one_rays + other_rays);
         }
         let mut sums_lx = [0.0; 2];
@@ -291,7 +291,7 @@ impl DirectPass {
                 stream.turn_to(sequence as u64);
                 view.light_sample(stream).map_or(0.0, |sample| {
                     rays += 1;
-                    sample.unshadowed_lx * stage.seen_share(&sample, receiver.origin)
+                    sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
                 })
             };
             let first_lx = sample_lx(number, stream);
@@ -349,18 +349,18 @@ pub enum SampleCost {
 /// of walks. `None` if the choice contributes nothing; otherwise it took one ray.
 #[inline]
 pub fn one_light_sample<'a>(
-    stage: &'a Stage,
+    world: &'a World,
     spot: TriangleSide,
     receiver: &Receiver,
     cost: SampleCost,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
-    let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
+    let choices = world.choices(spot, receiver.point_m, receiver.normal, cut);
     // If there is no choice, the better coordinates are left for the following draws.
     let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
     let (index, probability) = choices.choose(variate)?;
-    let emitter = &stage.emitters.list()[index as usize];
+    let emitter = &world.emitters.list()[index as usize];
     let sample = match cost {
         SampleCost::Cheap => emitter.cheap_light_sample(receiver.point_m, receiver.normal, stream)?,
         SampleCost::Full => emitter.light_sample(receiver.point_m, receiver.normal, stream)?,
@@ -374,9 +374,9 @@ pub fn one_light_sample<'a>(
         towards: receiver.normal,
     };
     if let Some(place) = sample.place {
-        let origin = stage.origin(&place);
-        sight.transmittance = stage.transmittance(receiver.origin, &origin);
-        sight.towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
+        let origin = world.origin(&place);
+        sight.transmittance = world.transmittance(receiver.origin, &origin);
+        sight.towards = (world.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
     }
     Some(sight)
 }
@@ -384,7 +384,7 @@ pub fn one_light_sample<'a>(
 /// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times Ω/A, times visibility.
 /// `None` if the element faces away.
 fn point_over_element(
-    stage: &Stage,
+    world: &World,
     emitter: &Emitter,
     point: &OpeningPoint,
     element: &Element,
@@ -403,7 +403,7 @@ fn point_over_element(
     if intensity_cd <= 0.0 {
         return None;
     }
-    let source = stage.origin(&emitter.place_of_point(point.position_m));
-    let seen_share = stage.transmittance(&element.origin(stage, barycentric), &source);
+    let source = world.origin(&emitter.place_of_point(point.position_m));
+    let seen_share = world.transmittance(&element.origin(world, barycentric), &source);
     Some(intensity_cd * seen.solid_angle_sr() / element.area_m2 * seen_share)
 }

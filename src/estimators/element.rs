@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::contact::is_in_contact;
-use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{ElementSide, Elements, Scene, body_of, positions_m};
+use crate::transport::{TriangleSide, World};
 
 /// An element side with all that its samples need.
 #[derive(Clone, Copy, Debug)]
@@ -33,15 +33,15 @@ const MOST_DRAWN: u64 = 64;
 
 impl Element {
     /// The element side with a number.
-    pub fn of(stage: &Stage, scene: &Scene, elements: &Elements, index: u32) -> Element {
+    pub fn of(world: &World, scene: &Scene, elements: &Elements, index: u32) -> Element {
         let id = elements.element(index);
         let corners = elements.corners(&id);
         Element {
             id,
             corners_m: positions_m(scene, id.triangle, corners),
             corners,
-            normal: stage.normal(id.triangle, id.side),
-            curved: body_of(stage.bodies(), id.triangle).is_some(),
+            normal: world.normal(id.triangle, id.side),
+            curved: body_of(world.bodies(), id.triangle).is_some(),
             area_m2: elements.area_m2(scene, id),
             in_partial_contact: false,
         }
@@ -64,10 +64,10 @@ impl Element {
 
     /// A random point, uniform over the area: the weights of the second and third corner.
     #[inline]
-    pub fn draw(&self, stage: &Stage, stream: &mut Stream) -> [f64; 2] {
+    pub fn draw(&self, world: &World, stream: &mut Stream) -> [f64; 2] {
         let mut at = uniform_triangle(stream.pair());
         if self.curved
-            && let Some(body) = body_of(stage.bodies(), self.id.triangle)
+            && let Some(body) = body_of(world.bodies(), self.id.triangle)
         {
             while !stream.happens(body.keeping(self.id.triangle, self.inner(at))) {
                 at = uniform_triangle(stream.pair());
@@ -85,18 +85,18 @@ impl Element {
 
     /// Unit normal of the side at a point.
     #[inline]
-    pub fn normal_at(&self, stage: &Stage, at: [f64; 2]) -> DVec3 {
+    pub fn normal_at(&self, world: &World, at: [f64; 2]) -> DVec3 {
         if !self.curved {
             return self.normal;
         }
-        stage.normal_on(self.id.triangle, self.inner(at), self.id.side)
+        world.normal_on(self.id.triangle, self.inner(at), self.id.side)
     }
 
     /// Its centre in m, and the unit normal there.
-    pub fn middle(&self, stage: &Stage) -> (DVec3, DVec3) {
+    pub fn middle(&self, world: &World) -> (DVec3, DVec3) {
         let at = [1.0 / 3.0; 2];
         if self.curved {
-            return (self.point_m(stage, at), self.normal_at(stage, at));
+            return (self.point_m(world, at), self.normal_at(world, at));
         }
         (self.corners_m.iter().sum::<DVec3>() / 3.0, self.normal)
     }
@@ -106,49 +106,49 @@ impl Element {
     /// A hidden point sees nothing. But a ray that starts there within some millionths of the scene's size of an edge is assumed to have
     /// slipped below the edge, and continues outside.
     #[inline]
-    pub fn draw_of_whole(&self, stage: &Stage, stream: &mut Stream) -> (Option<[f64; 2]>, u64) {
-        let at = self.draw(stage, stream);
+    pub fn draw_of_whole(&self, world: &World, stream: &mut Stream) -> (Option<[f64; 2]>, u64) {
+        let at = self.draw(world, stream);
         if !self.in_partial_contact {
             return (Some(at), 0);
         }
-        let (in_contact, rays) = self.is_in_contact(stage, at, stream);
+        let (in_contact, rays) = self.is_in_contact(world, at, stream);
         ((!in_contact).then_some(at), rays)
     }
 
     /// A random point that is not hidden by contact, and the number of rays traced to find it.
     #[inline]
-    pub fn draw_contact_free(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
-        let mut at = self.draw(stage, stream);
+    pub fn draw_contact_free(&self, world: &World, stream: &mut Stream) -> ([f64; 2], u64) {
+        let mut at = self.draw(world, stream);
         let mut rays = 0;
         if self.in_partial_contact {
             for _ in 0..MOST_DRAWN {
-                let (in_contact, tested_rays) = self.is_in_contact(stage, at, stream);
+                let (in_contact, tested_rays) = self.is_in_contact(world, at, stream);
                 rays += tested_rays;
                 if !in_contact {
                     break;
                 }
-                at = self.draw(stage, stream);
+                at = self.draw(world, stream);
             }
         }
         (at, rays)
     }
 
     /// Whether a point of it is hidden by contact, and the number of rays traced to determine this.
-    pub fn is_in_contact(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
-        is_in_contact(stage, &self.origin(stage, at), self.normal_at(stage, at), stream)
+    pub fn is_in_contact(&self, world: &World, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
+        is_in_contact(world, &self.origin(world, at), self.normal_at(world, at), stream)
     }
 
     /// Start point of a ray that leaves the element.
     #[inline]
-    pub fn origin(&self, stage: &Stage, at: [f64; 2]) -> Origin {
-        stage.tracer.surface_origin(self.id.triangle, self.inner(at), self.id.side)
+    pub fn origin(&self, world: &World, at: [f64; 2]) -> Origin {
+        world.tracer.surface_origin(self.id.triangle, self.inner(at), self.id.side)
     }
 
     /// The point in m.
     #[inline]
-    pub fn point_m(&self, stage: &Stage, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn point_m(&self, world: &World, [u, v]: [f64; 2]) -> DVec3 {
         if self.curved
-            && let Some(body) = body_of(stage.bodies(), self.id.triangle)
+            && let Some(body) = body_of(world.bodies(), self.id.triangle)
         {
             return body.place(self.id.triangle, self.inner([u, v])).0;
         }

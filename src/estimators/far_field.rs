@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 
-use crate::chain::Stage;
 use crate::sampling::random::Stream;
+use crate::transport::World;
 
 /// Maximum number of emitters that one sample evaluates. Of more emitters, this number is chosen by flux.
 const MOST_EMITTERS: usize = 16;
@@ -13,7 +13,7 @@ const MOST_EMITTERS: usize = 16;
 /// One unbiased sample of the intensity in cd that luminaires send out of the scene in a unit direction, and the number of rays. If an axis
 /// is given, the result is the mean over all turns about it.
 pub fn sample_intensity_cd(
-    stage: &Stage,
+    world: &World,
     direction: DVec3,
     turned_about: Option<DVec3>,
     stream: &mut Stream,
@@ -22,11 +22,11 @@ pub fn sample_intensity_cd(
         Some(axis) => (DQuat::from_axis_angle(axis, TAU * stream.unit()) * direction).normalize(),
         None => direction,
     };
-    let emitters = stage.emitters.list();
+    let emitters = world.emitters.list();
     let (mut sum_cd, mut rays) = (0.0, 0);
     let mut look_at = |index: usize, weight: f64, stream: &mut Stream| {
         if let Some((intensity_cd, place)) = emitters[index].seen_from_afar(direction, stream) {
-            let (passed, more_rays) = stage.transmittance_out(&stage.origin(&place), direction);
+            let (passed, more_rays) = world.transmittance_out(&world.origin(&place), direction);
             sum_cd += weight * intensity_cd * passed;
             rays += more_rays;
         }
@@ -35,10 +35,10 @@ pub fn sample_intensity_cd(
         (0..emitters.len()).for_each(|index| look_at(index, 1.0, stream));
         return (sum_cd, rays);
     }
-    let flux_lm = stage.emitters.luminous_flux_lm();
+    let flux_lm = world.emitters.luminous_flux_lm();
     for number in 0..MOST_EMITTERS {
         let choice = (number as f64 + stream.fine_unit()) / MOST_EMITTERS as f64;
-        let index = stage.emitters.index_at(choice) as usize;
+        let index = world.emitters.index_at(choice) as usize;
         let probability = emitters[index].luminous_flux_lm / flux_lm;
         look_at(index, 1.0 / (probability * MOST_EMITTERS as f64), stream);
     }

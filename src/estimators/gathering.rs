@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
-use crate::chain::Stage;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, walk_indirect_lx, walk_parts_lx};
@@ -19,6 +18,7 @@ use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
+use crate::transport::World;
 
 /// Minimum number of samples that a thread takes at a time.
 const SAMPLES_A_TASK: usize = 64;
@@ -126,7 +126,7 @@ pub struct Gathered {
 
 /// Sends a ray from a receiver. Its direction follows a density, if there is one.
 pub fn gather(
-    stage: &Stage,
+    world: &World,
     grid: &CellGrid,
     receiver: &Receiver,
     density: Option<&Density>,
@@ -135,7 +135,7 @@ pub fn gather(
 ) -> Gathered {
     let mut first = FirstDiffuse { looks: true, edges: 1.0, found: None };
     let (variates, weight) = drawn(density, stream);
-    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     Gathered {
         plain_lx: looked_lx + weight * arriving_lx,
         term: first.found.map(|met| met.pending_term(grid, weight * met.reflectance)),
@@ -153,35 +153,35 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 
 /// Sends a ray from a point in a cell. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it
 /// met one), and the number of rays.
-fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
+fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { looks: true, edges: EDGES_FROM_CELLS, found: None };
-    let (plain_lx, rays) = walk_indirect_lx(stage, receiver, &mut first, cut, stream);
+    let (plain_lx, rays) = walk_indirect_lx(world, receiver, &mut first, cut, stream);
     (plain_lx, first.found, rays)
 }
 
 /// The point that a ray from a receiver meets, if any, and the number of rays. No light sample is taken there. Its direction follows a
 /// density, if there is one.
 pub fn look_for_place(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     density: Option<&Density>,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
     let (variates, _) = drawn(density, stream);
-    look_along(stage, receiver, variates, cut, stream)
+    look_along(world, receiver, variates, cut, stream)
 }
 
 /// The same along the direction given by two variates.
 fn look_along(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     variates: [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { looks: false, edges: 1.0, found: None };
-    let (_, rays) = walk_parts_lx(stage, receiver, variates, &mut first, cut, stream);
+    let (_, rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }
 
@@ -208,7 +208,7 @@ struct Taken {
 /// The work proceeds in waves: the samples of a wave are taken in parallel, and cells are booked in order. `stream` creates a stream for
 /// samples.
 pub fn fill_cells(
-    stage: &Stage,
+    world: &World,
     cells: &mut CellLight,
     most_samples: u16,
     places: impl Iterator<Item = CellPlace>,
@@ -232,7 +232,7 @@ pub fn fill_cells(
             .with_min_len(SAMPLES_A_TASK)
             .map_init(room, |(stream, cut), (index, booked)| {
                 stream.seek_quasi((first + index) as u64, u64::from(booked.cell), u64::from(booked.number));
-                take(stage, &booked.place, cut, stream)
+                take(world, &booked.place, cut, stream)
             })
             .collect();
         let mut next_wave = Vec::new();
@@ -257,8 +257,8 @@ pub fn fill_cells(
 }
 
 /// Takes a sample at a point: sends a ray on, and takes a light sample where it arrives.
-fn take(stage: &Stage, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
-    let (plain_lx, next, rays) = send(stage, &place.receiver(), cut, stream);
+fn take(world: &World, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
+    let (plain_lx, next, rays) = send(world, &place.receiver(), cut, stream);
     let goes_on = next.is_some_and(|met| stream.happens(met.reflectance));
     Taken { plain_lx: plain_lx as f32, next, goes_on, rays }
 }
@@ -280,7 +280,7 @@ pub struct Walked {
 /// itself, including direct light at z. The walk continues at z with probability ρ. Its first direction follows a density, if there is one.
 /// Terms are passed to `note` one by one.
 pub fn residual_walk(
-    stage: &Stage,
+    world: &World,
     grid: &CellGrid,
     receiver: &Receiver,
     (weight, density): (f64, Option<&Density>),
@@ -290,17 +290,17 @@ pub fn residual_walk(
 ) -> Walked {
     let (variates, weight_of_first) = drawn(density, stream);
     let bin = bin_of(variates) as u8;
-    let (met, mut rays) = look_along(stage, receiver, variates, cut, stream);
+    let (met, mut rays) = look_along(world, receiver, variates, cut, stream);
     let mut plain_lx = 0.0;
     let Some(mut here) = met else {
         return Walked { plain_lx, bin, rays };
     };
     let weight = weight * weight_of_first * here.reflectance;
     let mut surfaces = 0;
-    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
+    while rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(surfaces) {
         surfaces += 1;
         note(here.pending_term(grid, -weight));
-        let (beside_lx, met, more_rays) = send(stage, &here.place.receiver(), cut, stream);
+        let (beside_lx, met, more_rays) = send(world, &here.place.receiver(), cut, stream);
         plain_lx += weight * beside_lx;
         rays += more_rays;
         let Some(next) = met else {
@@ -312,6 +312,6 @@ pub fn residual_walk(
         }
         here = next;
     }
-    stage.patience.note_walk_given_up();
+    world.patience.note_walk_given_up();
     Walked { plain_lx, bin, rays }
 }

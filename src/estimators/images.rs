@@ -10,12 +10,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::chain::{Mirrors, Stage};
 use crate::estimators::receiver::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
+use crate::transport::{Mirrors, World};
 
 /// Least probability of continuing after a weak reflection. Panes get brighter at grazing angles, so the middle of a beam alone must not
 /// decide.
@@ -77,7 +77,7 @@ impl Trail {
 
     /// Share of an area's light that the ray counts where it meets the area. It is z/(1 + z), with z the density of the ray over the
     /// density with which image searches find the same light (docs/methods.md (44)).
-    pub fn share_of_ray(&self, stage: &Stage, mirrors: &Mirrors, number: u32) -> f64 {
+    pub fn share_of_ray(&self, world: &World, mirrors: &Mirrors, number: u32) -> f64 {
         let mut beam = Beam::above(self.point_m, self.normal);
         let mut normal = self.normal;
         let mut probability = 1.0;
@@ -86,12 +86,12 @@ impl Trail {
                 return 1.0;
             };
             let facet = &mirrors.facets[step.facet];
-            probability *= step.probability * survival(stage, facet, &step, depth);
+            probability *= step.probability * survival(world, facet, &step, depth);
             beam.reflect(facet, &step);
             normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         }
-        let emitter = &stage.emitters.list()[number as usize];
-        let (weight, total) = weights_of_areas(stage, mirrors, beam.apex_m, normal);
+        let emitter = &world.emitters.list()[number as usize];
+        let (weight, total) = weights_of_areas(world, mirrors, beam.apex_m, normal);
         let luminance_cd_m2 = emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
         let looked = probability * weight(&number) / total * luminance_cd_m2;
         let rayed = self.ray_per_sr * self.share * emitter.unshadowed_lx(beam.apex_m, normal);
@@ -100,14 +100,14 @@ impl Trail {
 }
 
 /// Weights with which areas are chosen at a step of a beam: the weight of each, and the sum of all.
-fn weights_of_areas(stage: &Stage, mirrors: &Mirrors, apex_m: DVec3, normal: DVec3) -> (impl Fn(&u32) -> f64, f64) {
-    let weight = move |number: &u32| stage.emitters.list()[*number as usize].importance(apex_m, normal);
+fn weights_of_areas(world: &World, mirrors: &Mirrors, apex_m: DVec3, normal: DVec3) -> (impl Fn(&u32) -> f64, f64) {
+    let weight = move |number: &u32| world.emitters.list()[*number as usize].importance(apex_m, normal);
     (weight, mirrors.areas.iter().map(weight).sum())
 }
 
 /// Probability with which a sequence of facets continues past one of them.
-fn survival(stage: &Stage, facet: &Facet, step: &Reached, depth: u32) -> f64 {
-    stage.bsdf(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
+fn survival(world: &World, facet: &Facet, step: &Reached, depth: u32) -> f64 {
+    world.bsdf(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
 }
 
 /// A point of an emitter, chosen at a step of a beam.
@@ -133,7 +133,7 @@ struct BeamPosition {
 /// One unbiased sample of the illuminance in lx that images of the sun and of point-like emitters give at a point, times `response` to the
 /// direction of the light; and the number of rays.
 pub fn look_into_mirrors(
-    stage: &Stage,
+    world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,
@@ -142,10 +142,10 @@ pub fn look_into_mirrors(
 ) -> (f64, u64) {
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
-        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
-            let look = stage.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
-            let origin = stage.origin(&look.place?);
-            let position_m = stage.tracer.position_m(&origin);
+        Some(number) => look_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
+            let look = world.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
+            let origin = world.origin(&look.place?);
+            let position_m = world.tracer.position_m(&origin);
             Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx, luminance_cd_m2: 0.0 })
         }),
         None => (0.0, 0),
@@ -153,7 +153,7 @@ pub fn look_into_mirrors(
     let Some(points) = &mirrors.points else {
         return (sun_lx, sun_rays);
     };
-    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
+    let (lx, rays) = look_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - look.point.position_m;
@@ -163,7 +163,7 @@ pub fn look_into_mirrors(
         }
         let intensity_cd = look.emitter.intensity_from_cd(&look.point, offset_m.normalize_or_zero());
         let brought_lx = intensity_cd * cosine / offset_m.length_squared() / chosen;
-        let origin = stage.origin(&look.place);
+        let origin = world.origin(&look.place);
         Some(Chosen { position_m: look.point.position_m, origin, brought_lx, luminance_cd_m2: 0.0 })
     });
     (sun_lx + lx, sun_rays + rays)
@@ -171,26 +171,26 @@ pub fn look_into_mirrors(
 
 /// One unbiased sample of the illuminance in lx that images of balls and areas give at a point, and the number of rays. The caller must
 /// omit what a ray meets by way of these facets.
-pub fn look_for_areas(stage: &Stage, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    look_for_areas_with(stage, mirrors, receiver, |_| 1.0, stream)
+pub fn look_for_areas(world: &World, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    look_for_areas_with(world, mirrors, receiver, |_| 1.0, stream)
 }
 
 /// The same times `response` to the direction of the light.
 pub fn look_for_areas_with(
-    stage: &Stage,
+    world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    look_at_areas(stage, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
+    look_at_areas(world, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
 }
 
 /// The part of it that is not left to rays, for points that also send rays. `responses` gives each part of the response for the direction
 /// of the light. The search is made with a probability of `chance` (1: always). The ray's share, [`Trail::share_of_ray`], must use the same
 /// probability.
 pub fn look_for_areas_beside_rays(
-    stage: &Stage,
+    world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
     chance: f64,
@@ -208,21 +208,21 @@ pub fn look_for_areas_beside_rays(
             .map(|part| part.factor * lx / (1.0 + part.ray_per_sr * lx / chosen.luminance_cd_m2))
             .sum()
     };
-    look_at_areas(stage, mirrors, receiver, MOST_SHARED as u32, count, stream)
+    look_at_areas(world, mirrors, receiver, MOST_SHARED as u32, count, stream)
 }
 
 /// Searches for areas in mirrors, by way of at most `deepest` facets.
 fn look_at_areas(
-    stage: &Stage,
+    world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
     deepest: u32,
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    look_by_facets(stage, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
-        let list = stage.emitters.list();
-        let (weight, total) = weights_of_areas(stage, mirrors, step.apex_m, step.normal);
+    look_by_facets(world, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
+        let list = world.emitters.list();
+        let (weight, total) = weights_of_areas(world, mirrors, step.apex_m, step.normal);
         let mut rest = stream.fine_unit() * total;
         let last = mirrors.areas.iter().rposition(|number| weight(number) > 0.0)?;
         let met = mirrors.areas[..last].iter().find(|number| {
@@ -234,8 +234,8 @@ fn look_at_areas(
         let number = met.unwrap_or(&mirrors.areas[last]);
         let emitter = &list[*number as usize];
         let look = emitter.light_sample(step.apex_m, step.normal, stream)?;
-        let origin = stage.origin(&look.place?);
-        let position_m = stage.tracer.position_m(&origin);
+        let origin = world.origin(&look.place?);
+        let position_m = world.tracer.position_m(&origin);
         let luminance_cd_m2 = emitter.exitance_lm_m2()? / PI;
         let brought_lx = look.unshadowed_lx * total / weight(number);
         Some(Chosen { position_m, origin, brought_lx, luminance_cd_m2 })
@@ -245,7 +245,7 @@ fn look_at_areas(
 /// One sample of the light that emitters give to a point by way of at most `deepest` facets. `choose` picks a point of an emitter at every
 /// step. `count` weights the light from it.
 fn look_by_facets(
-    stage: &Stage,
+    world: &World,
     facets: &[Facet],
     receiver: &Receiver,
     deepest: u32,
@@ -263,7 +263,7 @@ fn look_by_facets(
             break;
         };
         let facet = &facets[step.facet];
-        let survival = survival(stage, facet, &step, depth);
+        let survival = survival(world, facet, &step, depth);
         if stream.unit() >= survival {
             break;
         }
@@ -274,7 +274,7 @@ fn look_by_facets(
         let here = BeamPosition { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
         let Some(chosen) = choose(&here, stream) else { continue };
         if beam.holds(chosen.position_m) {
-            let (share, direction, path_rays) = follow(stage, facets, receiver, &path, beam.apex_m, &chosen);
+            let (share, direction, path_rays) = follow(world, facets, receiver, &path, beam.apex_m, &chosen);
             rays += path_rays;
             if share > 0.0 {
                 sum += count(share * chosen.brought_lx / probability, direction, &chosen);
@@ -287,7 +287,7 @@ fn look_by_facets(
 /// Share of a point's light that reaches the receiver along one path by way of mirrors, the direction that it comes from, and the number of
 /// rays.
 fn follow(
-    stage: &Stage,
+    world: &World,
     facets: &[Facet],
     receiver: &Receiver,
     path: &[(usize, DVec3)],
@@ -305,14 +305,14 @@ fn follow(
             return (0.0, DVec3::ZERO, rays);
         };
         let cosine = (target_m - point_m).normalize_or_zero().dot(facet.normal);
-        let here = stage.tracer.surface_origin(triangle, weights, facet.side);
-        share *= stage.bsdf(triangle).mirror_share(cosine) * stage.transmittance(&here, &target);
+        let here = world.tracer.surface_origin(triangle, weights, facet.side);
+        share *= world.bsdf(triangle).mirror_share(cosine) * world.transmittance(&here, &target);
         rays += 1;
         if share <= 0.0 {
             return (0.0, DVec3::ZERO, rays);
         }
         (target_m, target, seen_from_m) = (point_m, here, *before_m);
     }
-    share *= stage.transmittance(receiver.origin, &target);
+    share *= world.transmittance(receiver.origin, &target);
     (share, (target_m - receiver.point_m).normalize_or_zero(), rays + 1)
 }

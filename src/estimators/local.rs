@@ -15,12 +15,12 @@ use super::receiver::Receiver;
 use super::reception::sample_share_of_reflected_lx;
 use super::sight::{Seen, SubPoint, look_along};
 use super::small_body::SmallBody;
-use crate::chain::{Arrival, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::scene::{Quantity, ReceiverSet};
+use crate::transport::{Arrival, World};
 
 /// Branches of a line of sight below this share are followed by chance, once and for all. No sample draws them again, so they must be
 /// negligible.
@@ -112,7 +112,7 @@ pub struct Connecting {
 
 impl Anchors {
     /// The anchors of a receiver set.
-    pub fn of(stage: &Stage, receivers: &ReceiverSet, seed: u64, number: u32) -> Anchors {
+    pub fn of(world: &World, receivers: &ReceiverSet, seed: u64, number: u32) -> Anchors {
         let mut anchors = Anchors {
             list: Vec::new(),
             of_entry: Vec::new(),
@@ -131,16 +131,16 @@ impl Anchors {
         let mut stream = Stream::new(seed, Purpose::Pilot, number, 2);
         for (entry, point) in receivers.points.iter().enumerate() {
             let first = anchors.list.len() as u32;
-            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let origin = world.tracer.side_origin(point.position_m, point.normal);
             let mut ends = Vec::new();
             if receivers.quantity == Quantity::Luminance && !point.inside {
                 stream.seek(entry as u64);
-                look_along(stage, &origin, point.normal, FAINT_BRANCH, &mut stream, |seen| {
+                look_along(world, &origin, point.normal, FAINT_BRANCH, &mut stream, |seen| {
                     if let Seen::Surface(end) = seen {
                         ends.push(end);
                     }
                 });
-                ends.iter().for_each(|end| anchors.add_sub_point(stage, entry as u32, end));
+                ends.iter().for_each(|end| anchors.add_sub_point(world, entry as u32, end));
             } else if !point.inside {
                 let response = SmallBody::of(receivers.quantity).map_or(PlaceResponse::Plane, PlaceResponse::Body);
                 anchors.planes &= matches!(response, PlaceResponse::Plane);
@@ -170,7 +170,7 @@ impl Anchors {
         anchors
     }
 
-    fn add_sub_point(&mut self, stage: &Stage, entry: u32, end: &SubPoint) {
+    fn add_sub_point(&mut self, world: &World, entry: u32, end: &SubPoint) {
         let front = ScorePlace {
             entry,
             point_m: end.point_m,
@@ -179,10 +179,10 @@ impl Anchors {
             scale: 0.0,
             response: PlaceResponse::Plane,
         };
-        match stage.bsdf(end.hit.triangle) {
+        match world.bsdf(end.hit.triangle) {
             Bsdf::Diffuse(bsdf) => self.list.push(ScorePlace { scale: end.share * bsdf.reflectance / PI, ..front }),
             Bsdf::Translucent(bsdf) => {
-                let behind = ScorePlace { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
+                let behind = ScorePlace { normal: -end.normal, origin: end.behind(world), ..front.clone() };
                 self.list.push(ScorePlace { scale: end.share * bsdf.reflectance / PI, ..front });
                 self.list.push(ScorePlace { scale: end.share * bsdf.transmittance / PI, ..behind });
             }
@@ -196,10 +196,10 @@ impl Anchors {
     }
 
     /// Sets the level of indirect light and the anchors' own levels, which follow from it.
-    pub fn set_levels(&mut self, stage: &Stage, indirect_level_lx: f64) {
+    pub fn set_levels(&mut self, world: &World, indirect_level_lx: f64) {
         self.indirect_level_lx = indirect_level_lx.max(f64::MIN_POSITIVE);
         let levels = self.list.iter().map(|anchor| {
-            let [direct_lx, indirect_lx] = self.levels_lx(stage, anchor.point_m, anchor.normal);
+            let [direct_lx, indirect_lx] = self.levels_lx(world, anchor.point_m, anchor.normal);
             anchor.scale * (direct_lx + indirect_lx)
         });
         self.own_levels_lx = levels.collect();
@@ -254,18 +254,18 @@ impl Anchors {
 
     /// Vertex for an arrival of a chain. `None` if the surface scatters nothing that connections could find. `share` is the share of the
     /// chain's flux that arrives.
-    pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
-        let bsdf = stage.bsdf(arrival.hit.triangle);
+    pub fn vertex(&self, world: &World, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
+        let bsdf = world.bsdf(arrival.hit.triangle);
         if bsdf.is_black() || bsdf.is_specular() {
             return None;
         }
-        let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, LobeKind::Spread));
-        let normal = stage.normal_at(&arrival.hit);
+        let point_m = world.tracer.position_m(&world.leave(&arrival.hit, LobeKind::Spread));
+        let normal = world.normal_at(&arrival.hit);
         let scatters_through = matches!(bsdf, Bsdf::Translucent(_));
         if !scatters_through && self.is_out_of_reach(point_m, normal) {
             return None;
         }
-        let [direct_lx, indirect_lx] = self.levels_lx(stage, point_m, normal);
+        let [direct_lx, indirect_lx] = self.levels_lx(world, point_m, normal);
         let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
         Some(ChainVertex { arrival: *arrival, normal, point_m, share, level_lx })
     }
@@ -284,8 +284,8 @@ impl Anchors {
 
     /// Approximate illuminances of a point in lx, by luminaires and by reflections. Any function of the point gives correct results; a good
     /// one saves work.
-    fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
-        let emitters = stage.emitters.list();
+    fn levels_lx(&self, world: &World, point_m: DVec3, normal: DVec3) -> [f64; 2] {
+        let emitters = world.emitters.list();
         let branched_lx = BRANCHES_COUNT * self.indirect_level_lx;
         if emitters.len() > MOST_EMITTERS {
             return [self.indirect_level_lx, branched_lx];
@@ -295,9 +295,9 @@ impl Anchors {
     }
 
     /// Score of every anchor for one lm at a vertex without occlusion, with the kernel bounded.
-    pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
+    pub fn scores(&self, world: &World, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
         let bound_per_m2 = bound * vertex.level_lx;
-        let bsdf = stage.bsdf(vertex.arrival.hit.triangle);
+        let bsdf = world.bsdf(vertex.arrival.hit.triangle);
         scores.clear();
         if let (Bsdf::Diffuse(bsdf), true) = (bsdf, self.planes) {
             let [px, py, pz] = &self.points;
@@ -320,36 +320,36 @@ impl Anchors {
             vertex.share
                 * spread_per_sr(bsdf, vertex, leaving)
                 * anchor.scale
-                * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
+                * self.kernel_per_m2(world, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
         }));
     }
 
     /// For the pilot: the kernel of an anchor and a vertex in 1/m², and the share that the vertex scatters in that direction, in 1/sr.
-    pub fn kernel_and_spread(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
+    pub fn kernel_and_spread(&self, world: &World, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
         let anchor = &self.list[anchor];
         let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
         [
-            self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal),
-            vertex.share * spread_per_sr(stage.bsdf(vertex.arrival.hit.triangle), vertex, leaving),
+            self.kernel_per_m2(world, anchor, vertex.point_m, vertex.normal),
+            vertex.share * spread_per_sr(world.bsdf(vertex.arrival.hit.triangle), vertex, leaving),
         ]
     }
 
     /// For the pilot: transmittance between an anchor and a vertex, 0 to 1.
-    pub fn transmittance(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> f64 {
+    pub fn transmittance(&self, world: &World, anchor: usize, vertex: &ChainVertex) -> f64 {
         let anchor = &self.list[anchor];
         let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
         let lobe = if is_behind { LobeKind::SpreadThrough } else { LobeKind::Spread };
-        stage.transmittance(&anchor.origin, &stage.leave(&vertex.arrival.hit, lobe))
+        world.transmittance(&anchor.origin, &world.leave(&vertex.arrival.hit, lobe))
     }
 
     /// R(ω) cos θ′/d² of an anchor and a surface point with a normal, in 1/m². For surfaces that scatter to both sides, the side that faces
     /// the anchor counts.
-    fn kernel_per_m2(&self, stage: &Stage, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
+    fn kernel_per_m2(&self, world: &World, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;
         let square = offset_m.length_squared();
         let towards = offset_m.normalize_or_zero();
         let leaving = normal.dot(towards).abs();
-        anchor.response.of(stage, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
+        anchor.response.of(world, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
     }
 
     /// Lets a vertex score: calls `add(entry, score)` for one lm with the visible part of each score. Returns the number of rays.
@@ -359,16 +359,16 @@ impl Anchors {
     /// their sum divided by t.
     pub fn connect(
         &self,
-        stage: &Stage,
+        world: &World,
         vertex: &ChainVertex,
         connecting: &Connecting,
         variate: f64,
         scores: &mut Vec<f64>,
         mut add: impl FnMut(usize, f64),
     ) -> u64 {
-        self.scores(stage, vertex, connecting.bound, scores);
+        self.scores(world, vertex, connecting.bound, scores);
         let hit = &vertex.arrival.hit;
-        let sides = [stage.leave(hit, LobeKind::Spread), stage.leave(hit, LobeKind::SpreadThrough)];
+        let sides = [world.leave(hit, LobeKind::Spread), world.leave(hit, LobeKind::SpreadThrough)];
         let threshold = connecting.threshold;
         let mut until_next = variate * threshold;
         let mut rays = 0;
@@ -387,7 +387,7 @@ impl Anchors {
             }
             let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
             rays += 1;
-            let transmittance = stage.transmittance(&anchor.origin, &sides[usize::from(is_behind)]);
+            let transmittance = world.transmittance(&anchor.origin, &sides[usize::from(is_behind)]);
             if transmittance > 0.0 {
                 add(anchor.entry as usize, counted * transmittance);
             }
@@ -399,7 +399,7 @@ impl Anchors {
     /// mirrors.
     pub fn sample_rest(
         &self,
-        stage: &Stage,
+        world: &World,
         receivers: &ReceiverSet,
         entry: usize,
         bound: f64,
@@ -408,12 +408,12 @@ impl Anchors {
     ) -> (f64, u64) {
         let bound = bound / self.walk_rates[entry];
         let share_at = |anchor: &ScorePlace, point_m: DVec3, normal: DVec3| {
-            let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
+            let kernel_per_m2 = self.kernel_per_m2(world, anchor, point_m, normal);
             if kernel_per_m2 <= 0.0 {
                 // A receiver in the plane of a surface: rounding lets walks meet the surface, and connections omit it.
                 return [1.0; 2];
             }
-            self.levels_lx(stage, point_m, normal).map(|level_lx| {
+            self.levels_lx(world, point_m, normal).map(|level_lx| {
                 let bound_per_m2 = bound * level_lx;
                 if kernel_per_m2 > bound_per_m2 { 1.0 - bound_per_m2 / kernel_per_m2 } else { 0.0 }
             })
@@ -425,12 +425,12 @@ impl Anchors {
             };
             let receiver = Receiver { point_m: anchor.point_m, normal: anchor.normal, origin: &anchor.origin };
             let share_of = |point_m: DVec3, normal: DVec3| share_at(anchor, point_m, normal);
-            return sample_share_of_reflected_lx(stage, receivers.quantity, &receiver, share_of, cut, stream);
+            return sample_share_of_reflected_lx(world, receivers.quantity, &receiver, share_of, cut, stream);
         }
         let (mut sum, mut rays) = (0.0, 0);
         let mut next = anchors.iter();
         for end in &self.sub_points[entry] {
-            let both_sides = matches!(stage.bsdf(end.hit.triangle), Bsdf::Translucent(_));
+            let both_sides = matches!(world.bsdf(end.hit.triangle), Bsdf::Translucent(_));
             let (Some(front), behind) = (next.next(), if both_sides { next.next() } else { None }) else {
                 break;
             };
@@ -439,7 +439,7 @@ impl Anchors {
                 LobeKind::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
                 _ => share_at(front, point_m, normal),
             };
-            let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, share_of, cut, stream);
+            let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(world, share_of, cut, stream);
             sum += end.share * luminance_cd_m2;
             rays += end_rays;
         }
@@ -449,12 +449,12 @@ impl Anchors {
 
 impl PlaceResponse {
     /// Response to light from a unit direction. It is 1 for a plane that faces it.
-    fn of(&self, stage: &Stage, normal: DVec3, towards: DVec3) -> f64 {
+    fn of(&self, world: &World, normal: DVec3, towards: DVec3) -> f64 {
         match self {
             PlaceResponse::Plane => normal.dot(towards).max(0.0),
             PlaceResponse::Body(body) => body.response(towards),
             PlaceResponse::Gloss { triangle, leaving } => {
-                let bsdf = stage.bsdf(*triangle);
+                let bsdf = world.bsdf(*triangle);
                 let spread_per_sr = bsdf.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
                 PI / bsdf.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)
             }

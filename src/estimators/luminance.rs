@@ -14,36 +14,36 @@ use super::images::ImageResponse;
 use super::receiver::Receiver;
 use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
 use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
-use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
+use crate::transport::World;
 
 /// One unbiased sample of the luminance in cd/m² that an eye sees of luminaires and of their light reflected once, and the number of rays.
 /// The receiver's normal is the direction of view.
-pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_seen_cd_m2(world: &World, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
-    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
+    let mut rays = look_along(world, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
         Seen::Luminaire(luminaire) => sum_cd_m2 += luminaire.luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = match stage.bsdf(end.hit.triangle) {
+        let (luminance_cd_m2, end_rays) = match world.bsdf(end.hit.triangle) {
             Bsdf::Diffuse(bsdf) => {
-                let (lx, rays) = pass.at_point(stage, &end.receiver(), stream);
+                let (lx, rays) = pass.at_point(world, &end.receiver(), stream);
                 (bsdf.reflectance / PI * lx, rays)
             }
             Bsdf::Translucent(bsdf) => {
-                let (front_lx, front_rays) = pass.at_point(stage, &end.receiver(), stream);
-                let behind = end.behind(stage);
-                let (back_lx, back_rays) = pass.at_point(stage, &end.receiver_behind(&behind), stream);
+                let (front_lx, front_rays) = pass.at_point(world, &end.receiver(), stream);
+                let behind = end.behind(world);
+                let (back_lx, back_rays) = pass.at_point(world, &end.receiver_behind(&behind), stream);
                 ((bsdf.reflectance * front_lx + bsdf.transmittance * back_lx) / PI, front_rays + back_rays)
             }
             bsdf if bsdf.is_specular() => (0.0, 0),
-            bsdf => glossy_cd_m2(stage, end, bsdf, stream),
+            bsdf => glossy_cd_m2(world, end, bsdf, stream),
         };
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
@@ -53,16 +53,16 @@ pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, s
 
 /// One unbiased sample of the luminance in cd/m² of light that was reflected at least once before it reaches the surface that an eye sees,
 /// and the number of rays.
-pub fn sample_interreflected_cd_m2(stage: &Stage, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_interreflected_cd_m2(world: &World, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
-    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
+    let mut rays = look_along(world, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
         if let Seen::Surface(end) = seen {
             ends.push(end);
         }
     });
     let mut sum_cd_m2 = 0.0;
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _, _| [1.0; 2], cut, stream);
+        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(world, |_, _, _| [1.0; 2], cut, stream);
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
     }
@@ -76,8 +76,8 @@ impl SubPoint {
     }
 
     /// Start point of rays on the other side.
-    pub fn behind(&self, stage: &Stage) -> Origin {
-        stage.leave(&self.hit, LobeKind::SpreadThrough)
+    pub fn behind(&self, world: &World) -> Origin {
+        world.leave(&self.hit, LobeKind::SpreadThrough)
     }
 
     /// The other side, as a receiver.
@@ -90,25 +90,25 @@ impl SubPoint {
     /// surface's point and normal.
     pub fn sample_rest_cd_m2(
         &self,
-        stage: &Stage,
+        world: &World,
         share_of: impl Fn(LobeKind, DVec3, DVec3) -> [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
         let receiver = self.receiver();
-        let bsdf = stage.bsdf(self.hit.triangle);
+        let bsdf = world.bsdf(self.hit.triangle);
         let responses = |towards: DVec3| {
             let pair = Pair { normal: self.normal, towards, leaving: -self.direction };
             [bsdf.spread_per_sr(&pair), bsdf.lobe_per_sr(&pair)]
                 .map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr })
         };
-        let (mut sum_cd_m2, mut rays) = in_mirrors_lx(stage, &receiver, 1.0, responses, cut, stream);
+        let (mut sum_cd_m2, mut rays) = in_mirrors_lx(world, &receiver, 1.0, responses, cut, stream);
         if let Bsdf::Translucent(bsdf) = bsdf {
-            let behind = self.behind(stage);
+            let behind = self.behind(world);
             let per_sr = bsdf.transmittance / PI;
             let responses = |_: DVec3| evenly(per_sr, per_sr);
             let (through_cd_m2, more_rays) =
-                in_mirrors_lx(stage, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
+                in_mirrors_lx(world, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
             sum_cd_m2 += through_cd_m2;
             rays += more_rays;
         }
@@ -116,8 +116,8 @@ impl SubPoint {
         let Some(scattered) = bsdf.sample(self.direction, self.normal, stream) else {
             return (sum_cd_m2, rays);
         };
-        let origin = stage.leave(&self.hit, scattered.lobe);
-        let trail = trail_from(stage, 1.0, || {
+        let origin = world.leave(&self.hit, scattered.lobe);
+        let trail = trail_from(world, 1.0, || {
             let pair = Pair { normal: self.normal, towards: -self.direction, leaving: scattered.direction };
             let ray_per_sr =
                 if scattered.lobe == LobeKind::Glossy { bsdf.lobe_per_sr(&pair) } else { bsdf.spread_per_sr(&pair) };
@@ -126,15 +126,15 @@ impl SubPoint {
         });
         let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.lobe, point_m, normal);
         let (lm_m2, walk_rays) =
-            sample_arriving_share_lx(stage, (origin, trail), scattered.direction, share_of, cut, stream);
+            sample_arriving_share_lx(world, (origin, trail), scattered.direction, share_of, cut, stream);
         (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
     }
 }
 
 /// Light of luminaires that a glossy sub-point sends to the eye, from light samples and a ray along the lobe.
-fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
+fn glossy_cd_m2(world: &World, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
     let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
-    let (looked_cd_m2, rays) = light_from_gloss_cd_m2(stage, end, responses, stream);
+    let (looked_cd_m2, rays) = light_from_gloss_cd_m2(world, end, responses, stream);
     let Some(scattered) = bsdf.sample(end.direction, end.normal, stream) else {
         return (looked_cd_m2, rays);
     };
@@ -143,11 +143,11 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream)
     }
     let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
     let lobe_per_sr = bsdf.lobe_per_sr(&pair);
-    let (met, ray_count) = first_luminaires(stage, &end.origin, scattered.direction);
+    let (met, ray_count) = first_luminaires(world, &end.origin, scattered.direction);
     let mut sum_cd_m2 = looked_cd_m2;
     for (index, transmittance) in met {
-        let emitter = &stage.emitters.list()[index as usize];
-        let share = share_of_ray(stage, emitter, &end.receiver(), lobe_per_sr);
+        let emitter = &world.emitters.list()[index as usize];
+        let share = share_of_ray(world, emitter, &end.receiver(), lobe_per_sr);
         sum_cd_m2 += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
     }
     (sum_cd_m2, rays + ray_count)
@@ -163,13 +163,13 @@ fn light_samples_per_emitter(emitters: usize) -> f64 {
 /// the two responses (in 1/sr) counts in full. The second is weighted against a ray along it, which counts [`share_of_ray`] of what it
 /// meets.
 pub fn light_from_gloss_cd_m2(
-    stage: &Stage,
+    world: &World,
     end: &SubPoint,
     responses: impl Fn(&Pair) -> [f64; 2],
     stream: &mut Stream,
 ) -> (f64, u64) {
     let receiver = end.receiver();
-    let list = stage.emitters.list();
+    let list = world.emitters.list();
     let looks = list.len().min(MOST_EACH);
     let light_samples_per_emitter = light_samples_per_emitter(list.len());
     let (mut sum_cd_m2, mut rays) = (0.0, 0);
@@ -185,12 +185,12 @@ pub fn light_from_gloss_cd_m2(
             continue;
         };
         rays += 1;
-        let origin = stage.origin(&place);
-        let transmittance = stage.transmittance(receiver.origin, &origin);
+        let origin = world.origin(&place);
+        let transmittance = world.transmittance(receiver.origin, &origin);
         if transmittance <= 0.0 {
             continue;
         }
-        let towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
+        let towards = (world.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
         let pair = Pair { normal: end.normal, towards, leaving: -end.direction };
         let brought_lx = found.unshadowed_lx / light_samples_per_emitter;
         let [spread_per_sr, lobe_per_sr] = responses(&pair);
@@ -203,13 +203,13 @@ pub fn light_from_gloss_cd_m2(
 }
 
 /// Share of an area's light that a ray along the lobe counts where it meets the area, beside a pass of light samples.
-pub fn share_of_ray(stage: &Stage, emitter: &Emitter, receiver: &Receiver, lobe_per_sr: f64) -> f64 {
+pub fn share_of_ray(world: &World, emitter: &Emitter, receiver: &Receiver, lobe_per_sr: f64) -> f64 {
     let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
     1.0 - share_of_light_samples(
         emitter,
         lobe_per_sr,
         unshadowed_lx,
-        light_samples_per_emitter(stage.emitters.list().len()),
+        light_samples_per_emitter(world.emitters.list().len()),
     )
 }
 
@@ -230,26 +230,26 @@ fn share_of_light_samples(
 }
 
 /// The luminaires that a ray meets directly or through panes, each with the transmittance of the panes before it, and the number of rays.
-fn first_luminaires(stage: &Stage, from: &Origin, direction: DVec3) -> (Vec<(u32, f64)>, u64) {
+fn first_luminaires(world: &World, from: &Origin, direction: DVec3) -> (Vec<(u32, f64)>, u64) {
     let mut origin = *from;
     let mut transmittance = 1.0;
     let mut met = Vec::new();
     let mut rays = 0;
     while transmittance > 0.0 {
         rays += 1;
-        match stage.tracer.first_hit(&origin, direction) {
+        match world.tracer.first_hit(&origin, direction) {
             Meeting::Nothing => break,
             Meeting::Ball(luminaire) => {
-                met.extend(stage.emitters.of_ball(luminaire).map(|index| (index, transmittance)));
+                met.extend(world.emitters.of_ball(luminaire).map(|index| (index, transmittance)));
                 break;
             }
             Meeting::Surface(hit) => {
-                met.extend(stage.emitters.on_surface(hit.triangle, hit.side).map(|index| (index, transmittance)));
-                let Bsdf::Glass(glass) = stage.bsdf(hit.triangle) else {
+                met.extend(world.emitters.on_surface(hit.triangle, hit.side).map(|index| (index, transmittance)));
+                let Bsdf::Glass(glass) = world.bsdf(hit.triangle) else {
                     break;
                 };
-                transmittance *= glass.shares(stage.normal_at(&hit).dot(direction))[1];
-                origin = stage.leave(&hit, LobeKind::Passed);
+                transmittance *= glass.shares(world.normal_at(&hit).dot(direction))[1];
+                origin = world.leave(&hit, LobeKind::Passed);
             }
         }
     }

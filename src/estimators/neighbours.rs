@@ -17,12 +17,12 @@ use super::receiver::Receiver;
 use super::reception::one_plane;
 use super::small_body::SmallBody;
 use super::walk::{arriving_lx, evenly, in_mirrors_lx};
-use crate::chain::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
+use crate::transport::World;
 
 /// How neighbours share the points that their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -129,15 +129,15 @@ impl Cache for FirstPlace {
 
 impl Neighbour {
     /// A receiver of an illuminance at a point.
-    pub fn new(stage: &Stage, (point_m, normal): (DVec3, DVec3), quantity: Quantity) -> Neighbour {
-        let origin = stage.tracer.side_origin(point_m, normal);
+    pub fn new(world: &World, (point_m, normal): (DVec3, DVec3), quantity: Quantity) -> Neighbour {
+        let origin = world.tracer.side_origin(point_m, normal);
         Neighbour { point_m, normal, origin, quantity, body: SmallBody::of(quantity) }
     }
 
     /// The neighbours for some points of a set.
-    pub fn group(stage: &Stage, set: &ReceiverSet, entries: &[u32]) -> Vec<Neighbour> {
+    pub fn group(world: &World, set: &ReceiverSet, entries: &[u32]) -> Vec<Neighbour> {
         let points = entries.iter().map(|entry| &set.points[*entry as usize]);
-        points.map(|point| Neighbour::new(stage, (point.position_m, point.normal), set.quantity)).collect()
+        points.map(|point| Neighbour::new(world, (point.position_m, point.normal), set.quantity)).collect()
     }
 
     /// A surface point as the receiver sees it without occlusion. `None` if one does not face the other.
@@ -165,7 +165,7 @@ impl SharedWalks {
     /// Points from which no light comes are kept only if a level is used.
     pub fn sample(
         &mut self,
-        stage: &Stage,
+        world: &World,
         neighbours: &[Neighbour],
         (walks, sharing): (u64, Sharing),
         (cut, stream): (&mut Cut, &mut Stream),
@@ -184,7 +184,7 @@ impl SharedWalks {
         for number in 0..neighbours.len() {
             for walk in 0..walks {
                 seek(stream, number, walk);
-                self.walk(stage, neighbours, number, cut, stream);
+                self.walk(world, neighbours, number, cut, stream);
             }
             rays += self.rays[number];
         }
@@ -192,22 +192,22 @@ impl SharedWalks {
     }
 
     /// One walk of a neighbour and, if luminaires are near, a packet.
-    fn walk(&mut self, stage: &Stage, neighbours: &[Neighbour], owner: usize, cut: &mut Cut, stream: &mut Stream) {
+    fn walk(&mut self, world: &World, neighbours: &[Neighbour], owner: usize, cut: &mut Cut, stream: &mut Stream) {
         let neighbour = &neighbours[owner];
         let receiver = Receiver { point_m: neighbour.point_m, normal: neighbour.normal, origin: &neighbour.origin };
         let (plane, factor) = one_plane(neighbour.quantity, &receiver, stream);
         let variates = stream.pair();
-        let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+        let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
         let mut own_lx = factor * mirrored_lx;
         let mut rays = mirrored_rays;
-        if let Some(lights) = &stage.near_luminaires {
-            let (spot, packet_rays) = lights.packet(stage, stream);
+        if let Some(lights) = &world.near_luminaires {
+            let (spot, packet_rays) = lights.packet(world, stream);
             rays += packet_rays;
             if let Some(spot) = spot {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
-                    let origin = stage.leave(&spot.hit, LobeKind::Spread);
-                    let point_m = stage.tracer.position_m(&origin);
-                    let lit_per_m2 = lights.lit_per_m2(stage, spot.emitter, (point_m, spot.normal));
+                    let origin = world.leave(&spot.hit, LobeKind::Spread);
+                    let point_m = world.tracer.position_m(&origin);
+                    let lit_per_m2 = lights.lit_per_m2(world, spot.emitter, (point_m, spot.normal));
                     let near_lm_m2 = lights.luminous_flux_lm() * reflectance * lit_per_m2;
                     let place = SharedPlace {
                         owner,
@@ -219,28 +219,28 @@ impl SharedWalks {
                         near_lm_m2,
                         lit_per_m2,
                     };
-                    self.share(stage, neighbours, place)
+                    self.share(world, neighbours, place)
                 });
                 // A sheet, or a point behind a pane.
-                if !is_shared && (spot.reflectance().is_none() || stage.has_panes()) {
+                if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let to = (plane.point_m, plane.normal);
-                    let found = lights.seen_from(stage, &spot, to, plane.origin);
+                    let found = lights.seen_from(world, &spot, to, plane.origin);
                     own_lx += factor * found.lx;
                     rays += found.rays;
                 }
             }
         }
         let mut first = FirstPlace::default();
-        let (found_lx, walk_rays) = arriving_lx(stage, &plane, variates, &mut first, cut, stream);
+        let (found_lx, walk_rays) = arriving_lx(world, &plane, variates, &mut first, cut, stream);
         let is_shared = first.place.is_some_and(|(point_m, normal, origin)| {
-            let (near_lm_m2, lit_per_m2) = match (first.near, &stage.near_luminaires) {
-                (Some((emitter, lm_m2)), Some(lights)) => (lm_m2, lights.lit_per_m2(stage, emitter, (point_m, normal))),
+            let (near_lm_m2, lit_per_m2) = match (first.near, &world.near_luminaires) {
+                (Some((emitter, lm_m2)), Some(lights)) => (lm_m2, lights.lit_per_m2(world, emitter, (point_m, normal))),
                 _ => (0.0, 0.0),
             };
             let leaving_lm_m2 = found_lx - first.counted_lm_m2;
             let place =
                 SharedPlace { owner, is_met: true, point_m, normal, origin, leaving_lm_m2, near_lm_m2, lit_per_m2 };
-            self.share(stage, neighbours, place)
+            self.share(world, neighbours, place)
         });
         if is_shared {
             self.own_shared[owner] += factor;
@@ -253,7 +253,7 @@ impl SharedWalks {
 
     /// Shares a surface point among all neighbours that see it. Returns whether its owner shares it. A point that its owner's walk met only
     /// by rounding is not shared. For a point lit by a packet, the owner makes no difference.
-    fn share(&mut self, stage: &Stage, neighbours: &[Neighbour], place: SharedPlace) -> bool {
+    fn share(&mut self, world: &World, neighbours: &[Neighbour], place: SharedPlace) -> bool {
         let SharedPlace { owner, is_met, .. } = place;
         if place.is_dark() && !(is_met && self.sharing.is_levelled) {
             return true;
@@ -266,7 +266,7 @@ impl SharedWalks {
             let counts = number == owner || is_met || self.sharing.shares_spots;
             let mut seen = if counts { neighbour.facing(&place).unwrap_or_default() } else { PlaceInView::default() };
             if seen.met_per_m2 > 0.0 && !(is_met && number == owner) {
-                let is_hidden = stage.tracer.is_occluded(&place.origin, &neighbour.origin);
+                let is_hidden = world.tracer.is_occluded(&place.origin, &neighbour.origin);
                 seen = if is_hidden { PlaceInView::default() } else { seen };
                 seen.is_traced = true;
             }
@@ -284,7 +284,7 @@ impl SharedWalks {
     /// these walks.
     pub fn scores_lx(
         &self,
-        stage: &Stage,
+        world: &World,
         (part, sharing): (Range<usize>, Sharing),
         level_lm_m2: f64,
         scores_lx: &mut Vec<f64>,
@@ -294,7 +294,7 @@ impl SharedWalks {
         scores_lx.clear();
         let own = self.own_lx[part.clone()].iter().zip(&self.own_shared[part.clone()]);
         scores_lx.extend(own.map(|(own_lx, shared)| (own_lx + level_lm_m2 * shared) / walks));
-        let packets = stage.roulette.connection_chance * walks;
+        let packets = world.roulette.connection_chance * walks;
         for (place, seen) in self.places.iter().zip(self.seen.chunks(self.own_lx.len())) {
             if !part.contains(&place.owner) {
                 continue;
@@ -352,7 +352,7 @@ mod tests {
     use super::*;
     use crate::check::scene_from_json;
     use crate::estimators::reception::sample_reflected_lx;
-    use crate::estimators::roulette::stage_for_walks;
+    use crate::estimators::roulette::world_for_walks;
     use crate::sampling::random::Purpose;
 
     const POINTS: usize = 8;
@@ -360,7 +360,7 @@ mod tests {
 
     /// A lamp at a given height in a room of 2 m. If furnished, the room has a block that hides much of the lamp from half of the points, a
     /// pane, a sheet and a mirror.
-    fn room(reflectance: f64, lamp_m: f64, is_furnished: bool) -> Stage {
+    fn room(reflectance: f64, lamp_m: f64, is_furnished: bool) -> World {
         let furniture = r#",
             { "name": "block", "type": "box", "min": [1.9,1,0], "max": [2.05,2,1.4], "material": "m" },
             { "name": "pane", "type": "rectangle", "origin": [0.5,0.8,0], "u": [1,0,0], "v": [0,0,1.8], "material": "pane" },
@@ -377,7 +377,7 @@ mod tests {
             "luminaires": [ {{ "name": "a", "type": "point", "position": [1.2,1.3,{lamp_m}], "luminous_flux_lm": 1000 }} ] }}"#
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
-        stage_for_walks(&scene)
+        world_for_walks(&scene)
     }
 
     /// Eight points in a row, some of which face another direction.
@@ -408,13 +408,13 @@ mod tests {
     }
 
     fn shared(
-        stage: &Stage,
+        world: &World,
         (quantity, apart_m): (Quantity, f64),
         sharing: Sharing,
         count: u64,
         level: f64,
     ) -> ([[f64; 2]; POINTS], [f64; 2]) {
-        let neighbours = points(apart_m).map(|point| Neighbour::new(stage, point, quantity));
+        let neighbours = points(apart_m).map(|point| Neighbour::new(world, point, quantity));
         let (mut walks, mut cut) = (SharedWalks::default(), Cut::default());
         let mut stream = Stream::new(3, Purpose::Walks, 0, 0);
         let mut parts_lx = Vec::new();
@@ -422,10 +422,10 @@ mod tests {
             let seek = |stream: &mut Stream, neighbour: usize, walk: u64| {
                 stream.seek((number * 2 + walk) << 8 | neighbour as u64);
             };
-            walks.sample(stage, &neighbours, (2, sharing), (&mut cut, &mut stream), seek);
+            walks.sample(world, &neighbours, (2, sharing), (&mut cut, &mut stream), seek);
             scores_lx.clear();
             for first in (0..POINTS).step_by(sharing.neighbours) {
-                walks.scores_lx(stage, (first..first + sharing.neighbours, sharing), level, &mut parts_lx);
+                walks.scores_lx(world, (first..first + sharing.neighbours, sharing), level, &mut parts_lx);
                 scores_lx.extend(&parts_lx);
             }
         })
@@ -436,8 +436,8 @@ mod tests {
     /// = 4e-6 each, seed 3). Means over the points that are 5 % off are rejected.
     #[test]
     fn shared_walks_find_what_each_finds_alone() {
-        let stage = room(0.6, 1.9, true);
-        assert!(stage.near_luminaires.is_some());
+        let world = room(0.6, 1.9, true);
+        assert!(world.near_luminaires.is_some());
         let count = 3000;
         for quantity in [
             Quantity::Perpendicular,
@@ -450,15 +450,15 @@ mod tests {
                 scores_lx.clear();
                 for (entry, (point_m, normal)) in points(APART_M).into_iter().enumerate() {
                     stream.seek(number << 8 | entry as u64);
-                    let origin = stage.tracer.side_origin(point_m, normal);
+                    let origin = world.tracer.side_origin(point_m, normal);
                     let receiver = Receiver { point_m, normal, origin: &origin };
-                    scores_lx.push(sample_reflected_lx(&stage, quantity, &receiver, &mut cut, &mut stream).0);
+                    scores_lx.push(sample_reflected_lx(&world, quantity, &receiver, &mut cut, &mut stream).0);
                 }
             });
             let ways = [(1, false, false), (8, false, false), (4, true, false), (8, false, true), (8, true, true)];
             for (neighbours, is_levelled, shares_spots) in ways {
                 let sharing = Sharing { neighbours, is_levelled, shares_spots };
-                let (found, all) = shared(&stage, (quantity, APART_M), sharing, count, 30.0);
+                let (found, all) = shared(&world, (quantity, APART_M), sharing, count, 30.0);
                 let sigmas = |one: [f64; 2], other: [f64; 2], factor: f64| {
                     let variance = one[1] / (2 * count) as f64 + other[1] / count as f64;
                     (one[0] - factor * other[0]).abs() / variance.sqrt()
@@ -476,10 +476,10 @@ mod tests {
     /// level it is more than 0.2, since the number of points that count is random. 2 × 1,500 walks each, seed 3.
     #[test]
     fn a_level_takes_out_the_chance_of_how_many_places_count() {
-        let stage = room(0.9, 1.2, false);
+        let world = room(0.9, 1.2, false);
         let scatter = |sharing: Sharing| {
             let level_lm_m2 = 1000.0 * 0.81 / (52.0 * 0.1);
-            let (found, _) = shared(&stage, (Quantity::Perpendicular, 0.08), sharing, 1500, level_lm_m2);
+            let (found, _) = shared(&world, (Quantity::Perpendicular, 0.08), sharing, 1500, level_lm_m2);
             found.iter().map(|[_, variance]| variance).sum::<f64>()
         };
         let alone = scatter(Sharing::default());

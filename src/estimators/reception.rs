@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::small_body::SmallBody;
-use crate::chain::Stage;
 use crate::estimators::control_variate::{ControlVariate, Views};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::far_field::sample_intensity_cd;
@@ -15,6 +14,7 @@ use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
+use crate::transport::World;
 
 /// Number of evenly turned planes in one pass over direct light. The half cosine has no odd harmonic except the first. So seven planes
 /// leave only the fourteenth harmonic as an error: 1% of a single source on a cylinder, about 4% on a half cylinder.
@@ -22,7 +22,7 @@ const PLANES: u32 = 7;
 
 /// One unbiased sample of the direct part in lx (cd/m² for luminance), and the number of rays.
 pub fn sample_direct_lx(
-    stage: &Stage,
+    world: &World,
     quantity: Quantity,
     receiver: &Receiver,
     pass: &mut DirectPass,
@@ -30,11 +30,11 @@ pub fn sample_direct_lx(
 ) -> (f64, u64) {
     let Some(body) = SmallBody::of(quantity) else {
         return match quantity {
-            Quantity::Luminance => sample_seen_cd_m2(stage, receiver, pass, stream),
+            Quantity::Luminance => sample_seen_cd_m2(world, receiver, pass, stream),
             // What an observer sees of luminaires is glare, not background.
             Quantity::Glare(_) => (0.0, 0),
-            Quantity::Intensity { turned_about } => sample_intensity_cd(stage, receiver.normal, turned_about, stream),
-            _ => pass.at_point(stage, receiver, stream),
+            Quantity::Intensity { turned_about } => sample_intensity_cd(world, receiver.normal, turned_about, stream),
+            _ => pass.at_point(world, receiver, stream),
         };
     };
     let shift = stream.unit();
@@ -43,7 +43,7 @@ pub fn sample_direct_lx(
     for plane in 0..PLANES {
         let turn = TAU * (f64::from(plane) + shift) / f64::from(PLANES);
         let (normal, weight) = body.turned_plane(turn);
-        let (lx, plane_rays) = pass.at_point(stage, &Receiver { normal, ..*receiver }, stream);
+        let (lx, plane_rays) = pass.at_point(world, &Receiver { normal, ..*receiver }, stream);
         sum_lx += weight * lx;
         rays += plane_rays;
     }
@@ -54,7 +54,7 @@ pub fn sample_direct_lx(
 pub struct DirectSampler<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
-    stage: &'a Stage,
+    world: &'a World,
     pass: &'a mut DirectPass,
     control_variate: &'a ControlVariate,
     views: Views<'a>,
@@ -64,57 +64,57 @@ impl<'a> DirectSampler<'a> {
     /// The control variate of a point, from about `survey_samples` light samples (L of docs/methods.md, section 2). It is empty for all
     /// quantities but the illuminance on the receiver's own plane.
     pub fn expect(
-        stage: &Stage,
+        world: &World,
         quantity: Quantity,
         receiver: &Receiver,
         pass: &mut DirectPass,
         survey_samples: f64,
     ) -> ControlVariate {
         match quantity {
-            Quantity::Perpendicular => pass.expect(stage, receiver, survey_samples),
+            Quantity::Perpendicular => pass.expect(world, receiver, survey_samples),
             _ => ControlVariate::default(),
         }
     }
 
     /// Prepares the sampling with the point's control variate.
     pub fn new(
-        stage: &'a Stage,
+        world: &'a World,
         quantity: Quantity,
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
         control_variate: &'a ControlVariate,
     ) -> DirectSampler<'a> {
-        DirectSampler { quantity, receiver: *receiver, stage, pass, control_variate, views: Views::default() }
+        DirectSampler { quantity, receiver: *receiver, world, pass, control_variate, views: Views::default() }
     }
 
     /// One unbiased sample of the direct part in lx, and the number of rays.
     pub fn sample(&mut self, stream: &mut Stream) -> (f64, u64) {
         if self.quantity == Quantity::Perpendicular {
-            return self.control_variate.sample(self.stage, &self.receiver, &mut self.views, stream);
+            return self.control_variate.sample(self.world, &self.receiver, &mut self.views, stream);
         }
-        sample_direct_lx(self.stage, self.quantity, &self.receiver, self.pass, stream)
+        sample_direct_lx(self.world, self.quantity, &self.receiver, self.pass, stream)
     }
 }
 
 /// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the number of rays.
 pub fn sample_reflected_lx(
-    stage: &Stage,
+    world: &World,
     quantity: Quantity,
     receiver: &Receiver,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     if quantity == Quantity::Luminance {
-        return sample_interreflected_cd_m2(stage, receiver, cut, stream);
+        return sample_interreflected_cd_m2(world, receiver, cut, stream);
     }
     let (plane, weight) = one_plane(quantity, receiver, stream);
-    let (lx, rays) = sample_indirect_lx(stage, &plane, cut, stream);
+    let (lx, rays) = sample_indirect_lx(world, &plane, cut, stream);
     (weight * lx, rays)
 }
 
 /// One unbiased sample of a part of the indirect illuminance: see [`sample_share_lx`]. Not for luminance.
 pub fn sample_share_of_reflected_lx(
-    stage: &Stage,
+    world: &World,
     quantity: Quantity,
     receiver: &Receiver,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
@@ -122,7 +122,7 @@ pub fn sample_share_of_reflected_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let (plane, weight) = one_plane(quantity, receiver, stream);
-    let (lx, rays) = sample_share_lx(stage, &plane, share_of, cut, stream);
+    let (lx, rays) = sample_share_lx(world, &plane, share_of, cut, stream);
     (weight * lx, rays)
 }
 

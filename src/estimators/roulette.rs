@@ -9,7 +9,6 @@
 use glam::DVec3;
 
 use crate::base::scattered::scattered;
-use crate::chain::{PacketConnection, Roulette, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
@@ -17,6 +16,7 @@ use crate::estimators::walk::walk_parts_lx;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
+use crate::transport::{PacketConnection, Roulette, World};
 
 /// Maximum number of points from which walks of the pilot start; walks of all points together, and the fewest at each point.
 const MOST_PLACES: usize = 256;
@@ -38,17 +38,17 @@ const LEAST_SAFE_WEIGHT: f64 = 0.05;
 /// The pilot affects results only through probabilities, so its random numbers are the same for all seeds.
 const SEED: u64 = 0x52_4F55;
 
-/// Prepares a scene for walks: [`Stage::new`], and what walks leave to chance there.
-pub fn stage_for_walks(scene: &Scene) -> Stage {
-    let mut stage = Stage::new(scene);
-    if stage.reflects() {
-        stage.roulette = pilot(&stage, &places_of(scene, &stage)).roulette();
+/// Prepares a scene for walks: [`World::new`], and what walks leave to chance there.
+pub fn world_for_walks(scene: &Scene) -> World {
+    let mut world = World::new(scene);
+    if world.reflects() {
+        world.roulette = pilot(&world, &places_of(scene, &world)).roulette();
     }
-    stage
+    world
 }
 
 /// Start points of the walks that matter: points of receivers spread over all sets, or the middle of elements; in m, with their normals.
-fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
+fn places_of(scene: &Scene, world: &World) -> Vec<(DVec3, DVec3)> {
     let sets = scene.receivers.iter().filter(|set| set.intensity_table().is_none());
     let points = sets.flat_map(|set| set.points.iter()).filter(|point| !point.inside);
     let stride = |count: usize| count.div_ceil(MOST_PLACES).max(1);
@@ -57,22 +57,22 @@ fn places_of(scene: &Scene, stage: &Stage) -> Vec<(DVec3, DVec3)> {
         return points.step_by(stride(count)).map(|point| (point.position_m, point.normal)).collect();
     }
     let middle = |index: usize| {
-        let element = Element::of(stage, scene, &stage.elements, index as u32);
+        let element = Element::of(world, scene, &world.elements, index as u32);
         let at = [1.0 / 3.0; 2];
-        (element.point_m(stage, at), element.normal_at(stage, at))
+        (element.point_m(world, at), element.normal_at(world, at))
     };
-    (0..stage.elements.len()).step_by(stride(stage.elements.len())).map(middle).collect()
+    (0..world.elements.len()).step_by(stride(world.elements.len())).map(middle).collect()
 }
 
 /// Takes pilot walks from these points.
-fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
+fn pilot(world: &World, places: &[(DVec3, DVec3)]) -> Moments {
     let walks = (WALKS / places.len().max(1)).max(LEAST_WALKS);
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     let mut cut = Cut::default();
     let mut seen = Moments::default();
     for place in scattered(places.len()) {
         let (point_m, normal) = &places[place];
-        let origin = stage.tracer.side_origin(*point_m, *normal);
+        let origin = world.tracer.side_origin(*point_m, *normal);
         let receiver = Receiver { point_m: *point_m, normal: *normal, origin: &origin };
         let (mut sum_lx, mut squares) = (0.0, 0.0);
         for walk in 0..walks {
@@ -80,7 +80,7 @@ fn pilot(stage: &Stage, places: &[(DVec3, DVec3)]) -> Moments {
             let mut watch = Watch::default();
             let variates = stream.pair();
             let ([looked_lx, arriving_lx], rays) =
-                walk_parts_lx(stage, &receiver, variates, &mut watch, &mut cut, &mut stream);
+                walk_parts_lx(world, &receiver, variates, &mut watch, &mut cut, &mut stream);
             let lx = looked_lx + arriving_lx;
             sum_lx += lx;
             squares += lx * lx;
@@ -266,16 +266,16 @@ mod tests {
     }
 
     /// Mean, variance and rays of `count` walks that start anywhere.
-    fn walks(stage: &Stage, count: u64, seed: u64) -> [f64; 3] {
+    fn walks(world: &World, count: u64, seed: u64) -> [f64; 3] {
         let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
         let mut cut = Cut::default();
         let (mut sum, mut squares, mut rays) = (0.0, 0.0, 0);
         for walk in 0..count {
             stream.seek(walk);
             let (point_m, normal) = anywhere(&mut stream);
-            let origin = stage.tracer.side_origin(point_m, normal);
+            let origin = world.tracer.side_origin(point_m, normal);
             let receiver = Receiver { point_m, normal, origin: &origin };
-            let (lx, walk_rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut stream);
+            let (lx, walk_rays) = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
             sum += lx;
             squares += lx * lx;
             rays += walk_rays;
@@ -290,17 +290,17 @@ mod tests {
     fn no_mean_moves() {
         for (reflectance, below_m) in [(0.5, 0.1), (0.8, 0.3)] {
             let scene = room(reflectance, below_m);
-            let mut stage = stage_for_walks(&scene);
+            let mut world = world_for_walks(&scene);
             let exact_lx = LM * reflectance / (area_m2() * (1.0 - reflectance));
-            let found = stage.roulette;
+            let found = world.roulette;
             for (safe_weight, connection_chance) in
                 [(1.0, 1.0), (0.1, 0.25), (0.5, 0.125), (found.safe_weight, found.connection_chance)]
             {
-                stage.roulette = Roulette { safe_weight, connection_chance, ..found };
-                let [mean_lx, variance, _] = walks(&stage, 40_000, 7);
+                world.roulette = Roulette { safe_weight, connection_chance, ..found };
+                let [mean_lx, variance, _] = walks(&world, 40_000, 7);
                 let sigma_lx = (variance / 40_000.0).sqrt();
                 let off = |lx: f64| ((lx - exact_lx) / sigma_lx).abs();
-                assert!(off(mean_lx) < 4.4, "{mean_lx} for {exact_lx} lx by {:?}", stage.roulette);
+                assert!(off(mean_lx) < 4.4, "{mean_lx} for {exact_lx} lx by {:?}", world.roulette);
                 assert!(off(1.03 * mean_lx).max(off(0.97 * mean_lx)) > 4.4, "3% are not seen: {sigma_lx} lx");
             }
         }
@@ -311,24 +311,24 @@ mod tests {
     #[test]
     fn the_pilot_predicts_what_fewer_connections_cost() {
         let scene = room(0.6, 0.15);
-        let mut stage = Stage::new(&scene);
-        assert!(stage.near_luminaires.is_some());
-        stage.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
+        let mut world = World::new(&scene);
+        assert!(world.near_luminaires.is_some());
+        world.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
         let mut stream = Stream::new(3, Purpose::Pilot, 1, 0);
         let places: Vec<(DVec3, DVec3)> = (0..20_000).map(|_| anywhere(&mut stream)).collect();
         let seen = {
             let mut sum = Moments::default();
             for some in places.chunks(MOST_PLACES) {
-                let seen = pilot(&stage, some);
+                let seen = pilot(&world, some);
                 sum.walks += seen.walks;
                 sum.added.iter_mut().zip(seen.added).for_each(|(sum, added)| *sum += added);
             }
             sum
         };
-        let always = walks(&stage, 200_000, 3)[1];
+        let always = walks(&world, 200_000, 3)[1];
         for (number, chance) in CHANCES.iter().enumerate().skip(1) {
-            stage.roulette.connection_chance = *chance;
-            let added = walks(&stage, 200_000, 3)[1] - always;
+            world.roulette.connection_chance = *chance;
+            let added = walks(&world, 200_000, 3)[1] - always;
             let predicted = seen.added[number] / seen.walks as f64;
             assert!((predicted / added).ln().abs() < 1.3_f64.ln(), "{predicted} predicted, {added} found, by {chance}");
         }
@@ -340,14 +340,14 @@ mod tests {
     fn walks_take_less_work() {
         for (reflectance, below_m, share) in [(0.9, 0.4, 0.6), (0.5, 1.0, 0.9)] {
             let scene = room(reflectance, below_m);
-            let mut stage = stage_for_walks(&scene);
-            let work = |stage: &Stage| {
-                let [_, variance, rays] = walks(stage, 40_000, 5);
+            let mut world = world_for_walks(&scene);
+            let work = |world: &World| {
+                let [_, variance, rays] = walks(world, 40_000, 5);
                 variance * rays
             };
-            let found = work(&stage);
-            stage.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
-            let analogue = work(&stage);
+            let found = work(&world);
+            world.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
+            let analogue = work(&world);
             assert!(found < share * analogue, "{} of the work in a room of {reflectance}", found / analogue);
         }
     }

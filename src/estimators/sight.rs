@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, mirrored};
+use crate::transport::World;
 
 /// A branch of a line of sight (reflected or transmitted by a pane) that carries less than this share continues only by chance.
 pub const SMALL_SHARE: f64 = 0.1;
@@ -61,7 +61,7 @@ pub enum Seen {
 /// At panes it follows both branches, weighted by their shares. Branches below a small share continue by chance, with a weight that
 /// compensates for this.
 pub fn look_along(
-    stage: &Stage,
+    world: &World,
     eye: &Origin,
     direction: DVec3,
     small_share: f64,
@@ -87,68 +87,68 @@ pub fn look_along(
             share = small_share;
         }
         rays += 1;
-        let meeting = stage.tracer.first_hit(&origin, direction);
-        let from_m = stage.tracer.position_m(&origin);
+        let meeting = world.tracer.first_hit(&origin, direction);
+        let from_m = world.tracer.position_m(&origin);
         let reach_m = match &meeting {
             Meeting::Surface(hit) => {
-                let cosine = stage.normal_at(hit).dot(direction).abs();
-                hit.distance_m + MOUNTING * stage.tracer.position_accuracy_m() / cosine.max(1e-3)
+                let cosine = world.normal_at(hit).dot(direction).abs();
+                hit.distance_m + MOUNTING * world.tracer.position_accuracy_m() / cosine.max(1e-3)
             }
-            Meeting::Ball(luminaire) => stage
+            Meeting::Ball(luminaire) => world
                 .emitters
                 .of_ball(*luminaire)
-                .map_or(f64::INFINITY, |index| stage.emitters.list()[index as usize].ball_at_m(from_m, direction)),
+                .map_or(f64::INFINITY, |index| world.emitters.list()[index as usize].ball_at_m(from_m, direction)),
             Meeting::Nothing => f64::INFINITY,
         };
-        for emitter in stage.emitters.list() {
+        for emitter in world.emitters.list() {
             if let Some((distance_m, luminance_cd_m2)) = emitter.opening_on_sight(from_m, direction)
                 && distance_m <= reach_m
             {
                 show(luminaire(share * luminance_cd_m2, None));
             }
         }
-        let own_cd_m2 = |index: u32| stage.emitters.list()[index as usize].exitance_lm_m2().unwrap_or(0.0) / PI;
+        let own_cd_m2 = |index: u32| world.emitters.list()[index as usize].exitance_lm_m2().unwrap_or(0.0) / PI;
         let hit = match meeting {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(ball) => {
-                let emitter = stage.emitters.of_ball(ball);
+                let emitter = world.emitters.of_ball(ball);
                 show(luminaire(share * emitter.map_or(0.0, own_cd_m2), emitter));
                 continue;
             }
             Meeting::Nothing => {
-                if let Some(sky) = stage.emitters.sky() {
+                if let Some(sky) = world.emitters.sky() {
                     show(luminaire(share * sky.luminance_cd_m2(direction), None));
                 }
-                if let Some(sun) = stage.emitters.sun() {
+                if let Some(sun) = world.emitters.sun() {
                     show(luminaire(share * sun.luminance_cd_m2(direction), None));
                 }
                 continue;
             }
         };
-        for index in stage.emitters.on_surface(hit.triangle, hit.side) {
+        for index in world.emitters.on_surface(hit.triangle, hit.side) {
             show(luminaire(share * own_cd_m2(index), Some(index)));
         }
-        let bsdf = stage.bsdf(hit.triangle);
-        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = world.bsdf(hit.triangle);
+        if bsdf.is_black() || !world.receives(hit.triangle, hit.side) {
             continue;
         }
-        let normal = stage.normal_at(&hit);
+        let normal = world.normal_at(&hit);
         let cosine = normal.dot(direction);
         if bsdf.is_specular() {
             branches.push((
-                stage.leave(&hit, LobeKind::Mirrored),
+                world.leave(&hit, LobeKind::Mirrored),
                 mirrored(direction, normal),
                 share * bsdf.mirror_share(cosine),
                 met + 1,
                 false,
             ));
             if let Bsdf::Glass(glass) = bsdf {
-                let passed = stage.leave(&hit, LobeKind::Passed);
+                let passed = world.leave(&hit, LobeKind::Passed);
                 branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1, is_straight));
             }
         } else {
-            let origin = stage.leave(&hit, LobeKind::Spread);
-            let point_m = stage.tracer.position_m(&origin);
+            let origin = world.leave(&hit, LobeKind::Spread);
+            let point_m = world.tracer.position_m(&origin);
             show(Seen::Surface(SubPoint { hit, direction, normal, origin, point_m, share }));
         }
     }

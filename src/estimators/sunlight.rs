@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::receiver::Receiver;
-use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::uniform_cone;
 use crate::scene::{Openings, Scene, body_of};
+use crate::transport::World;
 
 /// Maximum number of panes that a ray to the sun passes.
 const MOST_PANES: u32 = 1000;
@@ -36,7 +36,7 @@ impl Suns {
     /// only through them.
     pub fn look_for_all(
         &self,
-        around: (&Scene, &Stage),
+        around: (&Scene, &World),
         place: &Receiver,
         openings: Option<&Openings>,
         stream: &mut Stream,
@@ -49,7 +49,7 @@ impl Suns {
     pub fn look_for(
         &self,
         which: impl Iterator<Item = usize>,
-        (scene, stage): (&Scene, &Stage),
+        (scene, world): (&Scene, &World),
         place: &Receiver,
         (openings, stream): (Option<&Openings>, &mut Stream),
         mut found: impl FnMut(usize, f64),
@@ -75,7 +75,7 @@ impl Suns {
             if hidden_by.is_some_and(|triangle| hides(scene.corners_m(triangle), place.point_m, towards)) {
                 continue;
             }
-            let (passed, hidden, looked) = way_out(stage, place.origin, towards);
+            let (passed, hidden, looked) = way_out(world, place.origin, towards);
             rays += looked;
             let is_flat = |triangle: &u32| body_of(&scene.bodies, *triangle).is_none();
             hidden_by = hidden.filter(is_flat).or(hidden_by);
@@ -88,20 +88,20 @@ impl Suns {
 }
 
 /// Share of the light that leaves the scene from a point, the triangle that hides the rest, and the number of rays.
-pub fn way_out(stage: &Stage, from: &Origin, towards: DVec3) -> (f64, Option<u32>, u64) {
+pub fn way_out(world: &World, from: &Origin, towards: DVec3) -> (f64, Option<u32>, u64) {
     let mut here = *from;
     let mut passed = 1.0;
     for rays in 1..=u64::from(MOST_PANES) {
-        let hit = match stage.tracer.first_hit(&here, towards) {
+        let hit = match world.tracer.first_hit(&here, towards) {
             Meeting::Nothing => return (passed, None, rays),
             Meeting::Ball(_) => return (0.0, None, rays),
             Meeting::Surface(hit) => hit,
         };
-        let Bsdf::Glass(glass) = stage.bsdf(hit.triangle) else {
+        let Bsdf::Glass(glass) = world.bsdf(hit.triangle) else {
             return (0.0, Some(hit.triangle), rays);
         };
-        passed *= glass.shares(stage.normal_at(&hit).dot(towards))[1];
-        here = stage.leave(&hit, LobeKind::Passed);
+        passed *= glass.shares(world.normal_at(&hit).dot(towards))[1];
+        here = world.leave(&hit, LobeKind::Passed);
     }
     (0.0, None, u64::from(MOST_PANES))
 }

@@ -2,7 +2,7 @@
 //!
 //! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω. A direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to score, so
 //! docs/methods.md (1) becomes docs/methods.md (5). The direct part of E(r′) is computed at r′. For the indirect part the walk continues
-//! with its weight times ρ, and by roulette if the weight has become small: see [`crate::chain::Roulette`]. No score contains a 1/r² of two
+//! with its weight times ρ, and by roulette if the weight has become small: see [`crate::transport::Roulette`]. No score contains a 1/r² of two
 //! surfaces, so corners are harmless.
 //!
 //! At every vertex that scatters, one light sample finds the visible luminaires, and another sample finds those in flat mirrors. The walk's
@@ -18,7 +18,6 @@ use glam::DVec3;
 
 use self::vertex::{Departure, Vertex, from_near_luminaires_lx, met_lm_m2};
 pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
-use crate::chain::{PointAndNormal, Stage};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::images::Trail;
 use crate::estimators::receiver::Receiver;
@@ -27,6 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
+use crate::transport::{PointAndNormal, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -39,21 +39,21 @@ impl Cache for Blank {
 }
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the number of rays.
-pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    walk_indirect_lx(stage, receiver, &mut Blank, cut, stream)
+pub fn sample_indirect_lx(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    walk_indirect_lx(world, receiver, &mut Blank, cut, stream)
 }
 
 /// One sample of the indirect illuminance at a receiver in lx, and the number of rays. The walk ends at the first diffuse surface whose
 /// indirect light the cache supplies. The sample is as accurate as the cache.
 pub fn walk_indirect_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let variates = stream.pair();
-    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(stage, receiver, variates, cache, cut, stream);
+    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, cache, cut, stream);
     (looked_lx + arriving_lx, rays)
 }
 
@@ -61,16 +61,16 @@ pub fn walk_indirect_lx(
 /// two variates in [0, 1).
 #[inline]
 pub fn walk_parts_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     variates: [f64; 2],
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = from_near_luminaires_lx(stage, receiver, 1.0, cache, stream);
-    let (arriving_lx, rays) = arriving_lx(stage, receiver, variates, cache, cut, stream);
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let (near_lx, near_rays) = from_near_luminaires_lx(world, receiver, 1.0, cache, stream);
+    let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
 
@@ -78,56 +78,56 @@ pub fn walk_parts_lx(
 /// number of rays.
 #[inline]
 pub fn arriving_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     variates: [f64; 2],
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let connected_from = stage.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    let connected_from = world.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
-        trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
+        trail: trail_from(world, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
         connected_from,
     };
-    follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
+    follow_lm_m2(world, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
 /// One unbiased sample of a part of the indirect illuminance, and the number of rays. `share_of` weights the light that the first
 /// scattering surface spreads to the receiver. It gets the surface point (in m) and the unit normal of its lit side. It returns one share
 /// for light directly from luminaires and one for light reflected before. Light from a lobe or a mirror counts in full.
 pub fn sample_share_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let trail = trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let trail = trail_from(world, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
     let start = Start { origin: *receiver.origin, direction, trail, connected_from: None };
-    let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
+    let (arriving_lx, rays) = follow_lm_m2(world, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
 
 /// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the number of rays. It equals the
 /// illuminance of a surface that sees this luminance everywhere. Points in mirrors along the direction are not included.
 pub fn sample_arriving_lx(
-    stage: &Stage,
+    world: &World,
     origin: Origin,
     direction: DVec3,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    walk_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
+    walk_arriving_lx(world, origin, direction, &mut Blank, cut, stream)
 }
 
 /// The same with a cache, which supplies what comes after diffuse surfaces or counts it by itself.
 pub fn walk_arriving_lx(
-    stage: &Stage,
+    world: &World,
     origin: Origin,
     direction: DVec3,
     cache: &mut impl Cache,
@@ -135,13 +135,13 @@ pub fn walk_arriving_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let start = Start { origin, direction, trail: None, connected_from: None };
-    follow_lm_m2(stage, start, |_, _| [1.0; 2], cache, cut, stream)
+    follow_lm_m2(world, start, |_, _| [1.0; 2], cache, cut, stream)
 }
 
 /// One unbiased sample of a part of it, weighted as in [`sample_share_lx`]. A trail means that the start point has searched for areas in
 /// mirrors.
 pub fn sample_arriving_share_lx(
-    stage: &Stage,
+    world: &World,
     (origin, trail): (Origin, Option<Trail>),
     direction: DVec3,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
@@ -149,7 +149,7 @@ pub fn sample_arriving_share_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let start = Start { origin, direction, trail, connected_from: None };
-    follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
+    follow_lm_m2(world, start, share_of, &mut Blank, cut, stream)
 }
 
 /// The first ray of a walk.
@@ -171,7 +171,7 @@ pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 /// One sample of π times the luminance that comes along a ray, without the emitters visible from its start, and the number of rays. Light
 /// that the first surface spreads is weighted by the shares of its point and normal.
 fn follow_lm_m2(
-    stage: &Stage,
+    world: &World,
     start: Start,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cache: &mut impl Cache,
@@ -180,7 +180,7 @@ fn follow_lm_m2(
 ) -> (f64, u64) {
     let Start { origin, direction, trail, connected_from } = start;
     let mut walk = Walk {
-        stage,
+        world,
         origin,
         direction,
         trail,
@@ -192,13 +192,13 @@ fn follow_lm_m2(
         sum_lm_m2: 0.0,
         rays: 0,
     };
-    while walk.rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(walk.surfaces) {
+    while walk.rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(walk.surfaces) {
         walk.rays += 1;
         walk.surfaces += 1;
-        let goes_on = match stage.tracer.first_hit(&walk.origin, walk.direction) {
+        let goes_on = match world.tracer.first_hit(&walk.origin, walk.direction) {
             Meeting::Surface(hit) => walk.meet(&hit, &share_of, cache, cut, stream),
             Meeting::Ball(luminaire) => {
-                walk.find_emitters(stage.emitters.of_ball(luminaire).into_iter(), cut);
+                walk.find_emitters(world.emitters.of_ball(luminaire).into_iter(), cut);
                 false
             }
             Meeting::Nothing => {
@@ -210,13 +210,13 @@ fn follow_lm_m2(
             return (walk.sum_lm_m2, walk.rays);
         }
     }
-    stage.patience.note_walk_given_up();
+    world.patience.note_walk_given_up();
     (walk.sum_lm_m2, walk.rays)
 }
 
 /// State of a walk.
 struct Walk<'a> {
-    stage: &'a Stage,
+    world: &'a World,
     /// Origin of its next ray.
     origin: Origin,
     direction: DVec3,
@@ -237,12 +237,12 @@ impl Walk<'_> {
     /// Adds the emitters that the ray meets, as far as light samples did not find them.
     #[inline]
     fn find_emitters(&mut self, met: impl Iterator<Item = u32>, cut: &mut Cut) {
-        self.sum_lm_m2 += self.weight * met_lm_m2(self.stage, &self.departure, &self.trail, met, cut);
+        self.sum_lm_m2 += self.weight * met_lm_m2(self.world, &self.departure, &self.trail, met, cut);
     }
 
     /// Adds the sky seen in a mirror, where no light sample finds it.
     fn find_sky(&mut self) {
-        let sky = self.stage.emitters.sky().filter(|_| matches!(self.departure, Departure::Mirrored));
+        let sky = self.world.emitters.sky().filter(|_| matches!(self.departure, Departure::Mirrored));
         self.sum_lm_m2 += self.weight * sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(self.direction));
     }
 
@@ -256,19 +256,19 @@ impl Walk<'_> {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> bool {
-        let stage = self.stage;
+        let world = self.world;
         if !matches!(self.departure, Departure::Seen) {
-            self.find_emitters(stage.emitters.on_surface(hit.triangle, hit.side), cut);
+            self.find_emitters(world.emitters.on_surface(hit.triangle, hit.side), cut);
         }
-        let bsdf = stage.bsdf(hit.triangle);
-        if bsdf.is_black() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = world.bsdf(hit.triangle);
+        if bsdf.is_black() || !world.receives(hit.triangle, hit.side) {
             return false;
         }
-        let normal = stage.normal_at(hit);
-        let origin = stage.leave(hit, LobeKind::Spread);
+        let normal = world.normal_at(hit);
+        let origin = world.leave(hit, LobeKind::Spread);
         self.origin = origin;
         let shares_of =
-            |lit: DVec3| if self.has_scattered { [1.0; 2] } else { share_of(stage.tracer.position_m(&origin), lit) };
+            |lit: DVec3| if self.has_scattered { [1.0; 2] } else { share_of(world.tracer.position_m(&origin), lit) };
         let shares = shares_of(normal);
         if shares == [0.0; 2] && matches!(bsdf, Bsdf::Diffuse(_)) {
             return false;
@@ -277,7 +277,7 @@ impl Walk<'_> {
         let shares_behind = if matches!(bsdf, Bsdf::Translucent(_)) { shares_of(-normal) } else { shares };
         let from = self.connected_from.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
         let vertex = Vertex {
-            stage,
+            world,
             hit,
             spot: (hit.triangle, hit.side),
             direction: self.direction,
@@ -312,10 +312,10 @@ impl Walk<'_> {
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
         if let Bsdf::Diffuse(bsdf) = bsdf
-            && stage.near_luminaires.is_some()
+            && world.near_luminaires.is_some()
         {
             let spread = self.weight * shares[1] * bsdf.reflectance;
-            let (near_lx, near_rays) = from_near_luminaires_lx(stage, &vertex.receiver(), spread, cache, stream);
+            let (near_lx, near_rays) = from_near_luminaires_lx(world, &vertex.receiver(), spread, cache, stream);
             self.sum_lm_m2 += spread * near_lx;
             self.rays += near_rays;
         }
@@ -332,11 +332,11 @@ impl Walk<'_> {
         cache: &mut impl Cache,
         stream: &mut Stream,
     ) -> bool {
-        let Vertex { stage, hit, normal, .. } = *vertex;
-        let bsdf = stage.bsdf(hit.triangle);
+        let Vertex { world, hit, normal, .. } = *vertex;
+        let bsdf = world.bsdf(hit.triangle);
         let scattered = match bsdf {
             Bsdf::Diffuse(bsdf) => {
-                let Some(survivor) = stage.roulette.survivor_weight(self.weight * bsdf.reflectance, stream) else {
+                let Some(survivor) = world.roulette.survivor_weight(self.weight * bsdf.reflectance, stream) else {
                     return false;
                 };
                 self.weight = survivor;
@@ -348,10 +348,10 @@ impl Walk<'_> {
         let Some(scattered) = scattered else {
             return false;
         };
-        let here = (stage.near_luminaires.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
-            .then(|| (stage.tracer.position_m(vertex.origin), normal));
+        let here = (world.near_luminaires.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
+            .then(|| (world.tracer.position_m(vertex.origin), normal));
         if scattered.lobe.leads_through() {
-            self.origin = stage.leave(hit, scattered.lobe);
+            self.origin = world.leave(hit, scattered.lobe);
         }
         self.has_scattered |= scattered.lobe != LobeKind::Passed;
         self.connected_from = match scattered.lobe {

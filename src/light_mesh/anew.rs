@@ -15,7 +15,7 @@ use crate::scene::ReceiverPoint;
 
 /// Returns one unbiased sample of the direct light of an entry, and the number of rays. It uses no mesh and traces a new line of sight.
 pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
-    sample(around, entries, entry, true, stream, |receiver, stream| look_at_all(around.stage, receiver, stream))
+    sample(around, entries, entry, true, stream, |receiver, stream| look_at_all(around.world, receiver, stream))
 }
 
 /// Returns one unbiased sample of the indirect light of an entry, with a walk from each of its points, and the number of rays.
@@ -55,7 +55,7 @@ fn sample(
         return (sum_lx, rays);
     }
     entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
-        let (lx, place_rays) = spot.ask(around.stage, |receiver| ask(receiver, stream));
+        let (lx, place_rays) = spot.ask(around.world, |receiver| ask(receiver, stream));
         sum_lx += weight * lx;
         rays += place_rays;
     });
@@ -69,11 +69,11 @@ fn look_again(
     with_luminaires: bool,
     stream: &mut Stream,
 ) -> (Shown, Vec<SeenPlace>) {
-    let stage = around.stage;
+    let world = around.world;
     let mut places = Vec::new();
-    let from = stage.tracer.side_origin(point.position_m, point.normal);
+    let from = world.tracer.side_origin(point.position_m, point.normal);
     let eye = Eye {
-        stage,
+        world,
         small_share: SMALL_SHARE,
         gloss: GlossRays::One,
         with_luminaires,

@@ -32,7 +32,7 @@ pub struct Rounds {
 impl Planner<'_> {
     /// Whether shadow rays from every receiver point have no random error.
     pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
-        looks_are_exact(self.around.stage) && !entries.are_means() && !entries.show_gloss()
+        looks_are_exact(self.around.world) && !entries.are_means() && !entries.show_gloss()
     }
 
     /// Completes the part of the map that the plan leaves to the receiver points.

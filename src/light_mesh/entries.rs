@@ -61,7 +61,7 @@ impl Entries {
             }
             MapKind::Elements => {
                 around.scene.vertices_m.iter().for_each(|vertex_m| include(*vertex_m));
-                let elements = &around.stage.elements;
+                let elements = &around.world.elements;
                 let weights: Vec<f64> = (0..elements.len() as u32)
                     .map(|index| elements.area_m2(around.scene, elements.element(index)))
                     .collect();
@@ -144,7 +144,7 @@ impl Entries {
                 ask(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
             }
             (MapKind::Elements, None) => {
-                let element = around.stage.elements.element(entry as u32);
+                let element = around.world.elements.element(entry as u32);
                 let weight = 1.0 / PLACES_OF_ELEMENT.len() as f64;
                 PLACES_OF_ELEMENT.iter().for_each(|place| ask(MeshPlace::of_element(around, element, *place), weight));
             }
@@ -160,7 +160,7 @@ impl Entries {
         mut ask: impl FnMut(MeshPlace, f64, &mut Stream),
     ) {
         if self.are_means() {
-            let element = around.stage.elements.element(entry as u32);
+            let element = around.world.elements.element(entry as u32);
             let spot = MeshPlace::drawn_in_element(around, element, stream);
             ask(spot, 1.0, stream);
             return;

@@ -3,30 +3,30 @@
 use glam::DVec3;
 
 use super::mesh::Surroundings;
-use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{ElementSide, ReceiverPoint};
+use crate::transport::World;
 
 /// Returns one unbiased sample of the direct illuminance in lx, from a light sample of every emitter, and the number of rays. It is exact
 /// if all emitters are points.
-pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+pub fn look_at_all(world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
-    for emitter in stage.emitters.list() {
+    for emitter in world.emitters.list() {
         let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
         rays += 1;
         if let Some(place) = look.place {
-            sum_lx += look.unshadowed_lx * stage.transmittance(receiver.origin, &stage.origin(&place));
+            sum_lx += look.unshadowed_lx * world.transmittance(receiver.origin, &world.origin(&place));
         }
     }
     (sum_lx, rays)
 }
 
 /// Whether light samples of all emitters have no random error.
-pub fn looks_are_exact(stage: &Stage) -> bool {
-    stage.emitters.list().iter().all(|emitter| emitter.is_single_point())
+pub fn looks_are_exact(world: &World) -> bool {
+    world.emitters.list().iter().all(|emitter| emitter.is_single_point())
 }
 
 /// A point of a map at which light is computed.
@@ -64,12 +64,12 @@ impl MeshPlace {
 
     /// Creates a point of an element side from the weights of the element's second and third corner.
     pub fn of_element(around: &Surroundings, element: ElementSide, [u, v]: [f64; 2]) -> MeshPlace {
-        let part = around.stage.elements.corners(&element);
+        let part = around.world.elements.corners(&element);
         let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
         let [a, b, c] = around.scene.corners_m(element.triangle);
         MeshPlace {
             point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
-            normal: around.stage.normal(element.triangle, element.side),
+            normal: around.world.normal(element.triangle, element.side),
             start: RayStart::Element(element, inner),
         }
     }
@@ -81,10 +81,10 @@ impl MeshPlace {
 
     /// Calls `ask` with the point as a receiver.
     #[inline]
-    pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
+    pub fn ask<T>(&self, world: &World, ask: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {
-            RayStart::Side => stage.tracer.side_origin(self.point_m, self.normal),
-            RayStart::Element(element, inner) => stage.tracer.surface_origin(element.triangle, inner, element.side),
+            RayStart::Side => world.tracer.side_origin(self.point_m, self.normal),
+            RayStart::Element(element, inner) => world.tracer.surface_origin(element.triangle, inner, element.side),
             RayStart::At(origin) => origin,
         };
         ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })

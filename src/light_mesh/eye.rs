@@ -11,7 +11,6 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::Stage;
 use crate::estimators::direct::MOST_EACH;
 use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
 use crate::estimators::luminance::{light_from_gloss_cd_m2, share_of_ray};
@@ -22,6 +21,7 @@ use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Pair};
+use crate::transport::World;
 
 /// Largest probability that a ray continues from one glossy surface to the next. Between two surfaces that absorb nothing it would never
 /// end.
@@ -53,7 +53,7 @@ impl SeenPlace {
 #[derive(Clone, Copy)]
 pub struct Eye<'a> {
     /// The scene.
-    pub stage: &'a Stage,
+    pub world: &'a World,
     /// Share below which a branch of a line of sight continues only with a probability. Its weight compensates for this.
     pub small_share: f64,
     /// Rays along the gloss of the surfaces that the eye sees.
@@ -89,14 +89,14 @@ impl Eye<'_> {
     /// Looks along a direction. It adds the surface points seen to `places`.
     pub fn look(&self, from: &Origin, direction: DVec3, stream: &mut Stream, places: &mut Vec<SeenPlace>) -> Shown {
         let (mut shown, mut ends) = (Shown::default(), Vec::new());
-        shown.rays += look_along(self.stage, from, direction, self.small_share, stream, |seen| match seen {
+        shown.rays += look_along(self.world, from, direction, self.small_share, stream, |seen| match seen {
             Seen::Luminaire(luminaire) => shown.luminaires_cd_m2 += luminaire.luminance_cd_m2,
             Seen::Surface(end) => ends.push(end),
         });
         let mut cut = Cut::default();
         for (number, end) in (0u64..).zip(&ends) {
-            end_at(self.stage, end, end.share, places);
-            let Some(gloss) = Gloss::of(self.stage, end) else { continue };
+            end_at(self.world, end, end.share, places);
+            let Some(gloss) = Gloss::of(self.world, end) else { continue };
             shown.has_gloss = true;
             self.look_into(&gloss, number, &mut cut, stream, places, &mut shown);
         }
@@ -119,9 +119,9 @@ impl Eye<'_> {
             GlossRays::Even(count, _) => (f64::from(count) * share.min(1.0)).ceil().max(1.0) as u64,
         };
         // Light samples of point luminaires have no random error if there are no mirrors: one pass is enough.
-        let list = self.stage.emitters.list();
+        let list = self.world.emitters.list();
         let is_exact = |emitter: &Emitter| emitter.is_single_point();
-        let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
+        let once = list.len() <= MOST_EACH && self.world.mirrors.is_none() && list.iter().all(is_exact);
         let passes = if once { 1 } else { rays };
         let mut ends = Vec::new();
         for ray in 0..rays {
@@ -134,8 +134,8 @@ impl Eye<'_> {
                 self.look_at_luminaires(gloss, share / passes as f64, cut, stream, shown);
             }
             while let Some((end, weight)) = ends.pop() {
-                end_at(self.stage, &end, weight, places);
-                let Some(gloss) = Gloss::of(self.stage, &end) else { continue };
+                end_at(self.world, &end, weight, places);
+                let Some(gloss) = Gloss::of(self.world, &end) else { continue };
                 self.look_at_luminaires(&gloss, weight, cut, stream, shown);
                 let survival = gloss.reflectance.min(MOST_SURVIVAL);
                 if stream.happens(survival) {
@@ -156,17 +156,17 @@ impl Eye<'_> {
     ) {
         let Gloss { end, bsdf, .. } = *gloss;
         let Some(scattered) = bsdf.sample_gloss(end.direction, end.normal, stream) else { return };
-        let origin = self.stage.leave(&end.hit, scattered.lobe);
+        let origin = self.world.leave(&end.hit, scattered.lobe);
         let per_sr = gloss.response_per_sr(scattered.direction);
-        let list = self.stage.emitters.list();
+        let list = self.world.emitters.list();
         let mut luminaires_cd_m2 = 0.0;
-        shown.rays += look_along(self.stage, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
+        shown.rays += look_along(self.world, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
             Seen::Luminaire(luminaire) => {
                 // Light samples find all light of openings, and a share of the light that comes straight from other luminaires. They find
                 // all light of images if images of areas are sampled.
                 let Some(emitter) = luminaire.emitter.map(|number| &list[number as usize]) else { return };
                 let share = match luminaire.is_straight {
-                    true => share_of_ray(self.stage, emitter, &end.receiver(), per_sr),
+                    true => share_of_ray(self.world, emitter, &end.receiver(), per_sr),
                     false if self.looks_for_areas => 0.0,
                     false => 1.0,
                 };
@@ -184,19 +184,19 @@ impl Eye<'_> {
 
     /// Takes light samples of luminaires from gloss, and of point luminaires in flat mirrors.
     fn look_at_luminaires(&self, gloss: &Gloss, weight: f64, cut: &mut Cut, stream: &mut Stream, shown: &mut Shown) {
-        if !self.with_luminaires || self.stage.emitters.list().is_empty() {
+        if !self.with_luminaires || self.world.emitters.list().is_empty() {
             return;
         }
         let responses = |pair: &Pair| [0.0, gloss.response_per_sr(pair.towards)];
-        let (looked_cd_m2, rays) = light_from_gloss_cd_m2(self.stage, gloss.end, responses, stream);
+        let (looked_cd_m2, rays) = light_from_gloss_cd_m2(self.world, gloss.end, responses, stream);
         shown.luminaires_cd_m2 += weight * looked_cd_m2;
         shown.rays += rays;
-        if let Some(mirrors) = &self.stage.mirrors {
+        if let Some(mirrors) = &self.world.mirrors {
             let response = |towards: DVec3| gloss.response_per_sr(towards);
             let receiver = gloss.end.receiver();
-            let (mut cd_m2, mut rays) = look_into_mirrors(self.stage, mirrors, &receiver, response, cut, stream);
+            let (mut cd_m2, mut rays) = look_into_mirrors(self.world, mirrors, &receiver, response, cut, stream);
             if self.looks_for_areas {
-                let (of_areas_cd_m2, more) = look_for_areas_with(self.stage, mirrors, &receiver, response, stream);
+                let (of_areas_cd_m2, more) = look_for_areas_with(self.world, mirrors, &receiver, response, stream);
                 cd_m2 += of_areas_cd_m2;
                 rays += more;
             }
@@ -216,8 +216,8 @@ struct Gloss<'a> {
 
 impl<'a> Gloss<'a> {
     /// Returns the gloss at a sub-point; `None` for a surface without gloss.
-    fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
-        let bsdf = stage.bsdf(end.hit.triangle);
+    fn of(world: &'a World, end: &'a SubPoint) -> Option<Gloss<'a>> {
+        let bsdf = world.bsdf(end.hit.triangle);
         let is_glossy = !bsdf.is_specular() && !matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_));
         let reflectance = bsdf.total(1.0) - bsdf.diffuse_part();
         (is_glossy && reflectance > 0.0).then_some(Gloss { end, bsdf, reflectance })
@@ -231,17 +231,17 @@ impl<'a> Gloss<'a> {
 }
 
 /// Adds the sides of a surface whose light reaches the eye from a sub-point, with a weight.
-fn end_at(stage: &Stage, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace>) {
+fn end_at(world: &World, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace>) {
     let mut add = |normal: DVec3, origin: Origin, share: f64| {
         if share > 0.0 {
             places.push(SeenPlace { point_m: end.point_m, normal, origin, weight_per_sr: weight * share / PI });
         }
     };
-    match stage.bsdf(end.hit.triangle) {
+    match world.bsdf(end.hit.triangle) {
         Bsdf::Diffuse(bsdf) => add(end.normal, end.origin, bsdf.reflectance),
         Bsdf::Translucent(bsdf) => {
             add(end.normal, end.origin, bsdf.reflectance);
-            add(-end.normal, end.behind(stage), bsdf.transmittance);
+            add(-end.normal, end.behind(world), bsdf.transmittance);
         }
         bsdf => add(end.normal, end.origin, bsdf.diffuse_part()),
     }

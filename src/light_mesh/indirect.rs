@@ -141,8 +141,8 @@ impl<'a> IndirectMesh<'a> {
         Some(IndirectMesh {
             kept,
             templates: Templates::new(radius_m / step_m),
-            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up),
-            least_height_m: around.stage.tracer.position_accuracy_m(),
+            walls: Walls::of(around.solids, around.world, around.scene, &lattice, radius_m, around.give_up),
+            least_height_m: around.world.tracer.position_accuracy_m(),
             lattice,
             gathering,
             around,
@@ -213,7 +213,7 @@ impl<'a> IndirectMesh<'a> {
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
         let (cell, _) = self.lattice.cell_of(place_m);
         let near_squared = (NEAREST * self.gathering.step_m).powi(2);
-        let tracer = &self.around.stage.tracer;
+        let tracer = &self.around.world.tracer;
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
             let mut fit = Fit::empty();
@@ -252,7 +252,7 @@ impl<'a> IndirectMesh<'a> {
     /// Returns the position of a mesh point in m; `None` inside a solid.
     fn free_position_m(&self, index: Index, counts: &mut GatherCounts) -> Option<DVec3> {
         let position_m = self.lattice.position_m(index);
-        let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, position_m);
+        let (inside, rays) = self.around.solids.holds(&self.around.world.tracer, position_m);
         counts.other_rays += rays;
         counts.points += u64::from(!inside);
         (!inside).then_some(position_m)
@@ -278,13 +278,13 @@ impl<'a> IndirectMesh<'a> {
         counts: &mut GatherCounts,
     ) -> Option<[f64; HALVES]> {
         let position_m = self.free_position_m(index, counts)?;
-        let origin = self.around.stage.tracer.free_origin(position_m);
+        let origin = self.around.world.tracer.free_origin(position_m);
         let walks = self.walks();
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
         let mut sum_lx = [0.0; HALVES];
         // Where there are mirrors, the receiver points sample them themselves.
-        let looks_back = self.around.stage.near_luminaires.is_some() && self.around.has_no_images();
+        let looks_back = self.around.world.near_luminaires.is_some() && self.around.has_no_images();
         for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
             let mut done = 0;
             while done < u64::from(walks) / HALVES as u64 && !self.ends_at(done) {
@@ -316,7 +316,7 @@ impl<'a> IndirectMesh<'a> {
         counts: &mut GatherCounts,
     ) -> Option<Box<HalfCoefficients>> {
         let position_m = self.free_position_m(index, counts)?;
-        let origin = self.around.stage.tracer.free_origin(position_m);
+        let origin = self.around.world.tracer.free_origin(position_m);
         let walks = self.walks();
         let mut field = Box::new([[0.0; COEFFICIENTS]; HALVES]);
         // Half of the key is in the replica's number, half in the index: no two mesh points share a stream.

@@ -136,7 +136,7 @@ pub fn measure_direct(
     seed: u64,
     map: u32,
 ) -> (MeasuredDifference, Vec<f64>) {
-    let exact = looks_are_exact(around.stage) && !entries.are_means() && !entries.have_chance();
+    let exact = looks_are_exact(around.world) && !entries.are_means() && !entries.have_chance();
     let looks = if exact { 1 } else { looks };
     let judged: Vec<(f64, u64)> = chosen
         .par_iter()

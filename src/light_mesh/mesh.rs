@@ -10,9 +10,9 @@ use super::samples::{DIGITS, Samples, SeenSamples, Sees, by_tree, one_by_one};
 use super::solids::{Solids, Walls};
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
-use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::scene::Scene;
+use crate::transport::World;
 
 /// State of a mesh point that is not requested yet.
 const EMPTY: u8 = 0;
@@ -129,7 +129,7 @@ pub struct Surroundings<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The scene prepared for ray tracing.
-    pub stage: &'a Stage,
+    pub world: &'a World,
     /// Its closed solids.
     pub solids: &'a Solids,
     /// Sample points of its luminaires.
@@ -141,13 +141,13 @@ pub struct Surroundings<'a> {
 impl Surroundings<'_> {
     /// Whether no flat mirror shows an image of a luminaire for light samples.
     pub fn has_no_images(&self) -> bool {
-        self.stage.mirrors.is_none()
+        self.world.mirrors.is_none()
     }
 
     /// Whether walks sample images of ball and area luminaires. They then leave out these luminaires where they meet them by way of any
     /// mirror.
     pub fn looks_for_areas(&self) -> bool {
-        self.stage.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_all && !mirrors.areas.is_empty())
+        self.world.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_all && !mirrors.areas.is_empty())
     }
 }
 
@@ -175,12 +175,12 @@ impl<'a> LightMesh<'a> {
             options,
             templates: templates.then(|| Templates::new(radius_m / step_m)),
             walls: inside_flags
-                .then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up)),
+                .then(|| Walls::of(around.solids, around.world, around.scene, &lattice, radius_m, around.give_up)),
             tree: SparseTree::over(&lattice)?,
             lattice,
             sees: if tree { by_tree } else { one_by_one },
             // Below this height, rounding may put a mesh point under the surface of the receiver point.
-            least_height_m: around.stage.tracer.position_accuracy_m(),
+            least_height_m: around.world.tracer.position_accuracy_m(),
             around,
         })
     }
@@ -213,11 +213,11 @@ impl<'a> LightMesh<'a> {
                 return MeshLight { illuminance_lx: 0.0, set: SetKind::Alone, disputed_lx: 0.0 };
             }
             counts.fallback_rays +=
-                self.around.samples.look(self.around.stage, self.sees, receiver.origin, receiver.point_m, look);
+                self.around.samples.look(self.around.world, self.sees, receiver.origin, receiver.point_m, look);
             seen.any.clone_from(look);
             seen.all.clone_from(look);
             seen.members = 1;
-            let light = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+            let light = self.around.samples.illuminance_lx(self.around.world, receiver, seen);
             counts.fallback_rays += light.rays;
             return MeshLight { illuminance_lx: light.lx, set: SetKind::Alone, disputed_lx: 0.0 };
         }
@@ -246,7 +246,7 @@ impl<'a> LightMesh<'a> {
                 }
             }
         }
-        let light = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+        let light = self.around.samples.illuminance_lx(self.around.world, receiver, seen);
         counts.pane_rays += light.rays;
         MeshLight { illuminance_lx: light.lx, set, disputed_lx: light.disputed_lx }
     }
@@ -259,7 +259,7 @@ impl<'a> LightMesh<'a> {
         }
         // Twice the height that rounding may take. Rays test gaps wider than that.
         let over_m = receiver.point_m + 2.0 * self.least_height_m * receiver.normal;
-        let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, over_m);
+        let (inside, rays) = self.around.solids.holds(&self.around.world.tracer, over_m);
         counts.parity_rays += rays;
         inside
     }
@@ -301,7 +301,7 @@ impl<'a> LightMesh<'a> {
         let Options { step_m, radius_m, accelerations } = self.options;
         let mut sees = |candidate: &Candidate| {
             counts.local_rays += 1;
-            let tracer = &self.around.stage.tracer;
+            let tracer = &self.around.world.tracer;
             (self.sees)(tracer, receiver.origin, &tracer.free_origin(self.lattice.position_m(candidate.index)))
         };
         if !accelerations.outer_first {
@@ -371,11 +371,11 @@ impl<'a> LightMesh<'a> {
             }
             std::thread::yield_now();
         }
-        let Surroundings { stage, solids, samples, .. } = self.around;
+        let Surroundings { world, solids, samples, .. } = self.around;
         let position_m = self.lattice.position_m(index);
         counts.points += 1;
         if self.options.accelerations.inside_flags {
-            let (inside, rays) = solids.holds(&stage.tracer, position_m);
+            let (inside, rays) = solids.holds(&world.tracer, position_m);
             counts.parity_rays += rays;
             if inside {
                 counts.points_inside += 1;
@@ -385,7 +385,7 @@ impl<'a> LightMesh<'a> {
         }
         words.resize(samples.words, 0);
         counts.visibility_rays +=
-            samples.look(stage, self.sees, &stage.tracer.free_origin(position_m), position_m, words);
+            samples.look(world, self.sees, &world.tracer.free_origin(position_m), position_m, words);
         for (word, bits) in leaf.words[place * samples.words..].iter().zip(words.iter()) {
             word.store(*bits, Ordering::Relaxed);
         }

@@ -147,7 +147,7 @@ impl<'a> Planner<'a> {
         if entries.places() == 0 && !entries.draw_sights() || self.around.samples.is_empty() {
             return plan;
         }
-        let reflects = self.around.stage.reflects();
+        let reflects = self.around.world.reflects();
         if refines && self.by_places || entries.draw_sights() {
             let why = if entries.draw_sights() { Why::Gloss } else { Why::Missed };
             plan.direct = DirectPlan::Rays(why);
@@ -187,7 +187,7 @@ impl<'a> Planner<'a> {
         indirect_lx: f64,
         plan: &mut MapPlan<'a>,
     ) {
-        let share = if self.around.stage.reflects() { SHARE_OF_DIRECT } else { SHARE_OF_ALL };
+        let share = if self.around.world.reflects() { SHARE_OF_DIRECT } else { SHARE_OF_ALL };
         let of_radius = self.wishes.radius_m.map(|radius_m| radius_m / RADIUS_PER_STEP);
         let given_m = self.wishes.step_m.or(of_radius);
         let mut step_m = given_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);

@@ -135,7 +135,7 @@ impl<'a> Planner<'a> {
         let walks_of_places = (checked.variance_of_walk() / allowed.max(f64::MIN_POSITIVE)).max(16.0);
         let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
 
-        if self.around.stage.near_luminaires.is_some()
+        if self.around.world.near_luminaires.is_some()
             && (self.wishes.form == IndirectForm::Scalar || !plan.looks_back(&self.around, entries))
         {
             plan.indirect = IndirectPlan::Walks(Why::NearLuminaires);

@@ -233,7 +233,7 @@ impl Planner<'_> {
         };
         let scene = self.around.scene;
         let tables = match entries.kind {
-            MapKind::Elements => element_tables(scene, &self.around.stage.elements, &values, &entries.weights),
+            MapKind::Elements => element_tables(scene, &self.around.world.elements, &values, &entries.weights),
             MapKind::Receivers(set) => {
                 let set = &scene.receivers[set];
                 let (kind, area_m2) = match set.layout {

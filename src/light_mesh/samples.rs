@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, Tracer};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
+use crate::transport::World;
 
 /// Bits per word.
 const WORD: usize = u64::BITS as usize;
@@ -65,8 +65,8 @@ pub enum SamplePlacing {
 
 impl Samples {
     /// Positions sample points on every emitter. The seed moves them within their strata.
-    pub fn of(stage: &Stage, placing: SamplePlacing, seed: u64) -> Samples {
-        let list = stage.emitters.list();
+    pub fn of(world: &World, placing: SamplePlacing, seed: u64) -> Samples {
+        let list = world.emitters.list();
         let extended = list.iter().filter(|emitter| !emitter.is_single_point()).count();
         let stratified = EDGES[usize::from(extended > FEW)].pow(2);
         let count_of_extended = if let SamplePlacing::Count(count) = placing { count } else { stratified };
@@ -92,12 +92,12 @@ impl Samples {
             let mut stream = Stream::new(seed, Purpose::LightMesh, PLACING, index as u32);
             for number in 0..count {
                 let variates = stratum(number, count, &mut stream);
-                samples.points.push(point_of(stage, emitter, variates, &mut stream));
+                samples.points.push(point_of(world, emitter, variates, &mut stream));
             }
             next_bit += count;
         }
         samples.words = next_bit.div_ceil(WORD);
-        if stage.has_panes() {
+        if world.has_panes() {
             samples.panes_from = Some(samples.words);
             samples.words *= 2;
         }
@@ -115,16 +115,16 @@ impl Samples {
     }
 
     /// Tests the visibility of every sample point from one position and writes the words. Returns the number of rays.
-    pub fn look(&self, stage: &Stage, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
+    pub fn look(&self, world: &World, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
         words.fill(0);
-        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+        for (emitter, group) in world.emitters.list().iter().zip(&self.groups) {
             for number in 0..group.count as usize {
-                let Some(origin) = self.origin_of(stage, place_m, emitter, group.first + number) else { continue };
+                let Some(origin) = self.origin_of(world, place_m, emitter, group.first + number) else { continue };
                 let bit = 1 << (group.shift as usize + number);
-                if sees(&stage.tracer, from, &origin) {
+                if sees(&world.tracer, from, &origin) {
                     words[group.word] |= bit;
                 } else if let Some(panes_from) = self.panes_from
-                    && stage.transmittance(from, &origin) > 0.0
+                    && world.transmittance(from, &origin) > 0.0
                 {
                     words[panes_from + group.word] |= bit;
                 }
@@ -134,11 +134,11 @@ impl Samples {
     }
 
     /// Returns the origin of an emitter's sample point, for rays from a receiver point; `None` if the receiver point is inside the ball.
-    fn origin_of(&self, stage: &Stage, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
+    fn origin_of(&self, world: &World, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
         match self.points[number] {
             EmitterPoint::Fixed { origin, .. } => Some(origin),
             EmitterPoint::OnBall(variates) => {
-                emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place))
+                emitter.point_seen_from(place_m, variates).map(|place| world.origin(&place))
             }
         }
     }
@@ -149,13 +149,13 @@ impl Samples {
     /// `any` holds the bits that at least one of `members` points sees, and `all` the bits that all see. `planes[word·depth + b]` holds the
     /// binary digits, lowest first, of the number of points that see each partly seen bit. Light seen through panes by any of them depends
     /// on the angle at the pane. The receiver traces rays of its own for it.
-    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &SeenSamples) -> SharedLight {
+    pub fn illuminance_lx(&self, world: &World, receiver: &Receiver, seen: &SeenSamples) -> SharedLight {
         let (mut sum_lx, mut disputed_squared, mut rays) = (0.0, 0.0, 0);
-        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+        for (emitter, group) in world.emitters.list().iter().zip(&self.groups) {
             if let Some(panes_from) = self.panes_from
                 && seen.any[panes_from + group.word] & group.mask != 0
             {
-                let (lx, more) = self.through_panes_lx(stage, emitter, group, receiver);
+                let (lx, more) = self.through_panes_lx(world, emitter, group, receiver);
                 sum_lx += lx;
                 // The receiver has rays of its own: the disputed part is at most the step of one sample point.
                 disputed_squared += lx * lx / f64::from(group.count * group.count);
@@ -191,7 +191,7 @@ impl Samples {
     /// transmittance of panes.
     fn through_panes_lx(
         &self,
-        stage: &Stage,
+        world: &World,
         emitter: &Emitter,
         group: &EmitterSamples,
         receiver: &Receiver,
@@ -199,12 +199,12 @@ impl Samples {
         let mut sum_lx = 0.0;
         let whole_lx = if group.in_parts { 0.0 } else { emitter.unshadowed_lx(receiver.point_m, receiver.normal) };
         for number in group.first..group.first + group.count as usize {
-            let Some(origin) = self.origin_of(stage, receiver.point_m, emitter, number) else { continue };
+            let Some(origin) = self.origin_of(world, receiver.point_m, emitter, number) else { continue };
             let lx = match self.points[number] {
                 EmitterPoint::Fixed { point, .. } if group.in_parts => point_lx(emitter, &point, receiver),
                 _ => whole_lx,
             };
-            sum_lx += lx * stage.transmittance(receiver.origin, &origin);
+            sum_lx += lx * world.transmittance(receiver.origin, &origin);
         }
         (sum_lx / f64::from(group.count), u64::from(group.count))
     }
@@ -231,16 +231,16 @@ impl Samples {
 
     /// Returns the direct illuminance in lx with a shadow ray to every sample point, each as a point source, and the number of rays. It
     /// shows the cost of soft shadows without a mesh.
-    pub fn as_point_sources_lx(&self, stage: &Stage, receiver: &Receiver) -> (f64, u64) {
+    pub fn as_point_sources_lx(&self, world: &World, receiver: &Receiver) -> (f64, u64) {
         let (mut sum_lx, mut rays) = (0.0, 0);
-        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+        for (emitter, group) in world.emitters.list().iter().zip(&self.groups) {
             let mut of_emitter_lx = 0.0;
             for number in group.first..group.first + group.count as usize {
                 let lx = self.source_lx(emitter, number, receiver);
                 if lx > 0.0 {
                     rays += 1;
-                    let origin = self.origin_of(stage, receiver.point_m, emitter, number);
-                    of_emitter_lx += origin.map_or(0.0, |origin| lx * stage.transmittance(receiver.origin, &origin));
+                    let origin = self.origin_of(world, receiver.point_m, emitter, number);
+                    of_emitter_lx += origin.map_or(0.0, |origin| lx * world.transmittance(receiver.origin, &origin));
                 }
             }
             sum_lx += of_emitter_lx / f64::from(group.count);
@@ -302,16 +302,16 @@ fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
 /// 1/φ: multiples of it cover a turn evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> EmitterPoint {
+fn point_of(world: &World, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> EmitterPoint {
     if let Some(point) = emitter.draw_point(stream) {
-        return EmitterPoint::Fixed { origin: stage.origin(&emitter.place_of_point(point.position_m)), point };
+        return EmitterPoint::Fixed { origin: world.origin(&emitter.place_of_point(point.position_m)), point };
     }
     match emitter.point_seen_from(DVec3::ZERO, variates).filter(|_| !emitter.is_ball()) {
         Some(place) => {
-            let origin = stage.origin(&place);
+            let origin = world.origin(&place);
             EmitterPoint::Fixed {
                 origin,
-                point: OpeningPoint { position_m: stage.tracer.position_m(&origin), face: None },
+                point: OpeningPoint { position_m: world.tracer.position_m(&origin), face: None },
             }
         }
         None => EmitterPoint::OnBall(variates),

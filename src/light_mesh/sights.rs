@@ -75,7 +75,7 @@ impl Sights {
         may_draw: bool,
     ) -> Sights {
         let set_number = set_number as u32;
-        let stage = around.stage;
+        let world = around.world;
         let has_gloss = around.scene.surfaces.iter().any(|surface| {
             let material = &around.scene.materials[surface.material as usize];
             material.bsdf.has_lobe()
@@ -90,10 +90,10 @@ impl Sights {
             }
             let mut stream = Stream::new(seed, Purpose::LightMesh, SIGHTS, set_number);
             stream.seek(number as u64);
-            let from = stage.tracer.side_origin(point.position_m, point.normal);
+            let from = world.tracer.side_origin(point.position_m, point.normal);
             let gloss = GlossRays::Even(rays_of_gloss, number as u64);
             let eye = Eye {
-                stage,
+                world,
                 small_share: FAINT_SHARE,
                 gloss,
                 with_luminaires: true,
@@ -110,7 +110,7 @@ impl Sights {
             starts: vec![0],
             shown: followed.iter().map(|(_, shown)| *shown).collect(),
             most_places,
-            has_chance: stage.has_specular() || shows_gloss,
+            has_chance: world.has_specular() || shows_gloss,
             gloss: gloss.filter(|_| shows_gloss),
             are_drawn,
             rays: followed.iter().map(|(_, shown)| shown.rays).sum(),
@@ -157,12 +157,12 @@ fn effort_of_gloss(
     set_number: u32,
     target_error: Option<f64>,
 ) -> GlossEffort {
-    let stage = around.stage;
+    let world = around.world;
     let every = set.points.len().div_ceil(PILOT_DIRECTIONS).max(1);
     let chosen: Vec<(usize, &ReceiverPoint)> =
         set.points.iter().enumerate().step_by(every).filter(|(_, point)| !point.inside).collect();
     let eye = Eye {
-        stage,
+        world,
         small_share: FAINT_SHARE,
         gloss: GlossRays::One,
         with_luminaires: true,
@@ -170,7 +170,7 @@ fn effort_of_gloss(
     };
     let judge = |(number, point): &(usize, &ReceiverPoint)| {
         let mut stream = Stream::new(seed, Purpose::LightMesh, GLOSS_PILOT, set_number);
-        let from = stage.tracer.side_origin(point.position_m, point.normal);
+        let from = world.tracer.side_origin(point.position_m, point.normal);
         let (mut samples, mut has_gloss) = ([0.0; PILOT_SAMPLES], false);
         let (mut sight_rays, mut rays) = (0, 0);
         for (sample_number, sample) in (0u64..).zip(&mut samples) {
@@ -181,7 +181,7 @@ fn effort_of_gloss(
             *sample = shown.luminaires_cd_m2;
             sight_rays += shown.rays;
             for place in places {
-                let (lx, look_rays) = look_at_all(stage, &place.receiver(), &mut stream);
+                let (lx, look_rays) = look_at_all(world, &place.receiver(), &mut stream);
                 *sample += place.weight_per_sr * lx;
                 rays += look_rays;
             }

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::lattice::{Index, Lattice};
 use super::options::Stop;
-use crate::chain::Stage;
 use crate::check::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
 use crate::geometry::{Crossed, Tracer};
 use crate::scene::{Scene, Side};
+use crate::transport::World;
 
 /// Marks a triangle that belongs to no closed solid.
 const OPEN: u32 = u32::MAX;
@@ -117,7 +117,7 @@ impl Solids {
 
     /// Whether the wall behind a triangle is thinner than a length at some position. It is measured along the normal at positions spread
     /// over the triangle: one per square of that length, 64 at most. A triangle of no closed solid counts as thin.
-    fn is_thin(&self, stage: &Stage, scene: &Scene, triangle: u32, length_m: f64) -> bool {
+    fn is_thin(&self, world: &World, scene: &Scene, triangle: u32, length_m: f64) -> bool {
         let shell = self.shell_of[triangle as usize];
         if shell == OPEN {
             return true;
@@ -127,8 +127,8 @@ impl Solids {
         let inward = -scene.triangle_normal(triangle);
         let is_thin_at = |number: u32| {
             let barycentric = spread_over_triangle(number);
-            let origin = stage.tracer.surface_origin(triangle, barycentric, Side::Back);
-            match stage.tracer.crossings(&origin, inward).first() {
+            let origin = world.tracer.surface_origin(triangle, barycentric, Side::Back);
+            match world.tracer.crossings(&origin, inward).first() {
                 Some(first) => first.side == Side::Front || first.distance_m < length_m,
                 None => !no_end,
             }
@@ -163,10 +163,10 @@ pub struct Walls {
 impl Walls {
     /// Lists open surfaces and walls thinner than the radius, within the radius of each block of cells. It adds no more once the run is
     /// abandoned.
-    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64, give_up: Stop) -> Walls {
+    pub fn of(solids: &Solids, world: &World, scene: &Scene, lattice: &Lattice, radius_m: f64, give_up: Stop) -> Walls {
         let thin: Vec<u32> = (0..scene.triangles.len() as u32)
             .into_par_iter()
-            .filter(|triangle| !give_up() && solids.is_thin(stage, scene, *triangle, radius_m))
+            .filter(|triangle| !give_up() && solids.is_thin(world, scene, *triangle, radius_m))
             .collect();
         let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
         let edge_m = f64::from(BLOCK) * lattice.step_m;

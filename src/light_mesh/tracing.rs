@@ -141,7 +141,7 @@ pub fn light_of(
                 light.direct_lx = light.direct_lx.map(|lx| lx + entries.own_light(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
-                    spot.ask(around.stage, |receiver| {
+                    spot.ask(around.world, |receiver| {
                         match direct {
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
@@ -150,7 +150,7 @@ pub fn light_of(
                                 light.disputed_lx += weight * here.disputed_lx;
                             }
                             DirectBy::Points(points) => {
-                                let (here_lx, rays) = points.as_point_sources_lx(around.stage, receiver);
+                                let (here_lx, rays) = points.as_point_sources_lx(around.world, receiver);
                                 light.direct_lx = light.direct_lx.map(|lx| lx + weight * here_lx);
                                 exact_rays += rays;
                             }
@@ -200,7 +200,7 @@ fn by_rays(
     map: u32,
 ) -> ([f64; 2], u64) {
     let mut rays = 0;
-    let one_half = looks_are_exact(around.stage) && !entries.are_means() && !entries.draw_sights();
+    let one_half = looks_are_exact(around.world) && !entries.are_means() && !entries.draw_sights();
     let mut half_lx = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
@@ -213,7 +213,7 @@ fn by_rays(
                 continue;
             }
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
-                let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+                let (lx, pass_rays) = spot.ask(around.world, |receiver| look_at_all(around.world, receiver, stream));
                 sum_lx += weight * lx;
                 rays += pass_rays;
             });

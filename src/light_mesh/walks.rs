@@ -8,7 +8,6 @@
 use glam::DVec3;
 
 use super::mesh::Surroundings;
-use crate::chain::Stage;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
 use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::estimators::receiver::Receiver;
@@ -18,6 +17,7 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::cosine_hemisphere;
+use crate::transport::World;
 
 /// Number of halves of the walks, for the random error.
 pub const HALVES: usize = 2;
@@ -28,13 +28,13 @@ const IMAGES: u32 = u32::MAX - 4;
 
 /// Returns the light in lx that images in flat mirrors bring to a receiver point, and the number of rays.
 fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    let stage = around.stage;
-    let Some(mirrors) = &stage.mirrors else {
+    let world = around.world;
+    let Some(mirrors) = &world.mirrors else {
         return (0.0, 0);
     };
-    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
+    let (points_lx, point_rays) = look_into_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
     let (areas_lx, area_rays) = match around.looks_for_areas() {
-        true => look_for_areas(stage, mirrors, receiver, stream),
+        true => look_for_areas(world, mirrors, receiver, stream),
         false => (0.0, 0),
     };
     (points_lx + areas_lx, point_rays + area_rays)
@@ -48,7 +48,7 @@ pub fn sample_at_place_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     if !around.looks_for_areas() {
-        return sample_indirect_lx(around.stage, receiver, cut, stream);
+        return sample_indirect_lx(around.world, receiver, cut, stream);
     }
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (images_lx, image_rays) = look_at_images(around, receiver, cut, stream);
@@ -65,18 +65,18 @@ pub fn sample_along_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let stage = around.stage;
+    let world = around.world;
     if !around.looks_for_areas() {
-        return sample_arriving_lx(stage, origin, direction, cut, stream);
+        return sample_arriving_lx(world, origin, direction, cut, stream);
     }
     let (mut origin, mut direction) = (origin, direction);
     let (mut sum_lx, mut rays) = (0.0, 0);
     loop {
-        let (past, mirror_rays) = past_mirrors(stage, origin, direction, stream);
+        let (past, mirror_rays) = past_mirrors(world, origin, direction, stream);
         rays += mirror_rays;
         let Some((start, towards)) = past else { return (sum_lx, rays) };
         let mut halt = Halt { around, at: None };
-        let (lx, walk_rays) = walk_arriving_lx(stage, start, towards, &mut halt, cut, stream);
+        let (lx, walk_rays) = walk_arriving_lx(world, start, towards, &mut halt, cut, stream);
         sum_lx += lx;
         rays += walk_rays;
         match halt.at {
@@ -91,22 +91,22 @@ pub fn sample_along_lx(
 /// Follows a ray by way of mirrors and through panes until it goes elsewhere; `None` if it is absorbed. Luminaires that it meets are not
 /// counted.
 fn past_mirrors(
-    stage: &Stage,
+    world: &World,
     mut origin: Origin,
     mut direction: DVec3,
     stream: &mut Stream,
 ) -> (Option<(Origin, DVec3)>, u64) {
     for rays in 1..=u64::from(MANY_MIRRORS) {
-        let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) else {
+        let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) else {
             return (Some((origin, direction)), rays);
         };
-        let bsdf = stage.bsdf(hit.triangle);
-        if !bsdf.is_specular() || !stage.receives(hit.triangle, hit.side) {
+        let bsdf = world.bsdf(hit.triangle);
+        if !bsdf.is_specular() || !world.receives(hit.triangle, hit.side) {
             return (Some((origin, direction)), rays);
         }
-        let normal = stage.normal_at(&hit);
+        let normal = world.normal_at(&hit);
         let Some(scattered) = bsdf.sample(direction, normal, stream) else { return (None, rays) };
-        origin = stage.leave(&hit, scattered.lobe);
+        origin = world.leave(&hit, scattered.lobe);
         direction = scattered.direction;
     }
     // Mirrors that face each other and absorb nothing: light after `MANY_MIRRORS` reflections is lost.
@@ -146,7 +146,7 @@ pub fn images_at_place_lx(
     seed: u64,
     cut: &mut Cut,
 ) -> ([f64; HALVES], u64) {
-    if around.stage.mirrors.is_none() {
+    if around.world.mirrors.is_none() {
         return ([0.0; HALVES], 0);
     }
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);

@@ -3,9 +3,8 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use crate::chain::Stage;
 use crate::control::Forecast;
-use crate::estimators::roulette::stage_for_walks;
+use crate::estimators::roulette::world_for_walks;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
     MapPlan, NotForLightMesh, Planner, RADIUS_PER_STEP, SamplePlacing, Samples, Solids, Surroundings, TracedMap, Why,
@@ -15,6 +14,7 @@ use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene, joined};
 use crate::solver::{ConvergenceRow, ErrorParts, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
+use crate::transport::World;
 
 use super::light_mesh_words::{said, step_not_taken, why_in_words};
 
@@ -87,12 +87,12 @@ pub fn solve_by_light_mesh(
     let requests = map_requests(scene, &settings.maps);
     check_requests(scene, settings)?;
     let started = Instant::now();
-    let stage = stage_for_walks(scene);
+    let world = world_for_walks(scene);
     let build_s = started.elapsed().as_secs_f64();
     observer.ready();
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
-    let samples = Samples::of(&stage, SamplePlacing::Stratified, settings.seed);
+    let samples = Samples::of(&world, SamplePlacing::Stratified, settings.seed);
     // A step or radius that the user gives is used unchanged, unless the user also sets a target error.
     let is_given = choice.step_m.is_some() || choice.radius_m.is_some();
     let no_rule = settings.time_limit_s.is_none() && !is_given;
@@ -108,7 +108,7 @@ pub fn solve_by_light_mesh(
     };
     let is_long_over = || stop() && stopped_s.get().is_some_and(|at_s| observer.wall_s() - at_s > PATIENCE_S);
     let mut planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, give_up: &is_long_over },
+        around: Surroundings { scene, world: &world, solids: &solids, samples: &samples, give_up: &is_long_over },
         wishes: Wishes {
             step_m: choice.step_m,
             radius_m: choice.radius_m,
@@ -125,7 +125,7 @@ pub fn solve_by_light_mesh(
     };
 
     let mut run = trace_maps(&mut planner, &requests, target_error, observer);
-    run.tell_at_the_end(scene, &stage, &solids);
+    run.tell_at_the_end(scene, &world, &solids);
     let end = match () {
         _ if observer.is_interrupted() => StopReason::Interrupted,
         _ if is_late() => StopReason::TimeLimit,
@@ -134,7 +134,7 @@ pub fn solve_by_light_mesh(
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     Ok(solution_of(
         scene,
-        &stage,
+        &world,
         run,
         RunFrame { seed: settings.seed, target_error, end, begun_wall_s, build_s, compute_s },
     ))
@@ -178,7 +178,7 @@ fn trace_maps(
         }
         let fraction = (done + 1) as f64 / requests.len() as f64;
         run.record(&map, bound, target_error, fraction, observer);
-        let dark_upper_bound_lx = dark_upper_bound_lx(planner.around.stage, &entries, &map);
+        let dark_upper_bound_lx = dark_upper_bound_lx(planner.around.world, &entries, &map);
         let is_dark = dark_upper_bound_lx.is_some();
         let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_luminaires);
         let error = MapError { dark_upper_bound_lx, ..map.map.error };
@@ -198,7 +198,7 @@ struct RunFrame {
     compute_s: f64,
 }
 
-fn solution_of(scene: &Scene, stage: &Stage, run: LightMeshFindings, frame: RunFrame) -> Solution {
+fn solution_of(scene: &Scene, world: &World, run: LightMeshFindings, frame: RunFrame) -> Solution {
     let LightMeshFindings { traced, left_out, rays, convergence, notes, warnings } = run;
     let RunFrame { seed, target_error, end, begun_wall_s, build_s, compute_s } = frame;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
@@ -230,7 +230,7 @@ fn solution_of(scene: &Scene, stage: &Stage, run: LightMeshFindings, frame: RunF
         begun_wall_s,
         build_s,
         compute_s,
-        paths_not_found: stage.paths_not_found.clone(),
+        paths_not_found: world.paths_not_found.clone(),
         warnings,
         notes,
     }
@@ -304,7 +304,7 @@ impl LightMeshFindings {
     }
 
     /// Records notes and warnings about the run as a whole: open triangles, maps left out, paths not found and dark maps.
-    fn tell_at_the_end(&mut self, scene: &Scene, stage: &Stage, solids: &Solids) {
+    fn tell_at_the_end(&mut self, scene: &Scene, world: &World, solids: &Solids) {
         if solids.open_triangles() > 0 && self.traced.iter().flatten().any(|map| map.mesh.is_some()) {
             self.notes.push(format!(
                 "light mesh: {} of {} triangles belong to no closed solid; every mesh point near them was tested \
@@ -318,7 +318,7 @@ impl LightMeshFindings {
         self.warnings.extend((!names.is_empty()).then(|| {
             format!("light mesh: {} {verb} left out: the run had to end long before {it_was} computed", joined(&names))
         }));
-        self.warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
+        self.warnings.extend(world.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
         for map in self.traced.iter().flatten().map(|map| &map.map) {
             let Some(bound) = map.error.dark_bound_words() else { continue };
             self.warnings.push(format!(
@@ -343,11 +343,11 @@ fn is_exact(maps: &[MapResult]) -> bool {
 
 /// Upper bound in lx on the mean of a map in which no light was found, from the number of rays per point. `None` where light was
 /// found, and where no surface reflects, so that shadow rays alone give the whole light.
-fn dark_upper_bound_lx(stage: &Stage, entries: &Entries, map: &TracedMap) -> Option<f64> {
+fn dark_upper_bound_lx(world: &World, entries: &Entries, map: &TracedMap) -> Option<f64> {
     let weight: f64 = entries.weights.iter().sum();
     let is_dark = map.map.values.illuminance_lx.iter().all(|lx| *lx == 0.0);
-    let flux_lm = stage.emitters.luminous_flux_lm();
-    (is_dark && stage.reflects() && flux_lm > 0.0 && weight > 0.0).then(|| {
+    let flux_lm = world.emitters.luminous_flux_lm();
+    (is_dark && world.reflects() && flux_lm > 0.0 && weight > 0.0).then(|| {
         let rays_a_place = (map.effort.rays() as f64 / entries.places().max(1) as f64).max(1.0);
         PACKETS_OF_A_BOUND * flux_lm / (rays_a_place * weight)
     })
@@ -405,7 +405,7 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 /// Returns whether a luminaire nearly touches a surface, while the walks make no light-path connections to nearby luminaires. These
 /// walks miss the bright spot, and so does the check of the map.
 fn may_miss_near_luminaires(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
-    let touches = around.stage.near_luminaires.as_ref().is_some_and(|near| near.touch());
+    let touches = around.world.near_luminaires.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
     touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
 }
@@ -428,9 +428,9 @@ mod tests {
             "luminaires": [{ "name": "lamp", "type": "point", "position": [1,1.5,2.2], "intensity_cd": 100 }],
             "receivers": [{ "name": "grid", "type": "grid", "origin": [0.2,0.2,0], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 30, "rows": 30 }] }"#;
         let scene = scene_from_json(room, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
-        let stage = Stage::new(&scene);
-        let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
-        let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
+        let world = World::new(&scene);
+        let (solids, samples) = (Solids::of(&scene), Samples::of(&world, SamplePlacing::Stratified, 1));
+        let around = Surroundings { scene: &scene, world: &world, solids: &solids, samples: &samples, give_up: NEVER };
         let entries = Entries::of(&around, MapKind::Receivers(0), 1, None, false);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);

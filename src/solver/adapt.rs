@@ -129,7 +129,7 @@ pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Line
 
 /// Edge in m above which elements show slopes in any case. Over a smaller edge light changes less than the target requires.
 pub fn slope_from_m(context: &Context, target_error: f64) -> f64 {
-    USUAL_SLOPE * target_error * (context.stage.area_m2 / 6.0).sqrt()
+    USUAL_SLOPE * target_error * (context.world.area_m2 / 6.0).sqrt()
 }
 
 impl Adaptive {

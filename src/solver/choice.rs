@@ -78,10 +78,10 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     }
     // Lines of sight follow mirrors and panes themselves. Vertices on gloss cost a luminance more chains than they save.
     let is_view = quantity == Quantity::Luminance;
-    if !is_view && !context.stage.is_diffuse() {
+    if !is_view && !context.world.is_diffuse() {
         return Err("for diffuse surfaces only");
     }
-    if is_view && context.stage.has_lobes() {
+    if is_view && context.world.has_lobes() {
         return Err("for scenes without gloss only");
     }
     Ok(set)

@@ -48,13 +48,13 @@ pub fn contact_free_shares(
             KnownContact::Unknown | KnownContact::AsAWhole => CONTACT_POINTS,
             KnownContact::InPart => MOST_CONTACT_POINTS,
         };
-        let element = Element::of(context.stage, context.scene, elements, index);
+        let element = Element::of(context.world, context.scene, elements, index);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 1);
         let (mut points, mut contact_free, mut rays) = (0, 0, 0);
         while points < most {
             stream.seek_quasi((u64::from(index) << 32) | points, u64::from(index), points);
-            let at = element.draw(context.stage, &mut stream);
-            let (in_contact, tested_rays) = element.is_in_contact(context.stage, at, &mut stream);
+            let at = element.draw(context.world, &mut stream);
+            let (in_contact, tested_rays) = element.is_in_contact(context.world, at, &mut stream);
             points += 1;
             contact_free += u64::from(!in_contact);
             rays += tested_rays;
@@ -65,7 +65,7 @@ pub fn contact_free_shares(
                 // What hides a part of an element mostly covers one of its corners. A few points may all miss it.
                 let differs = (1..points).contains(&contact_free)
                     || NEAR_CORNERS.into_iter().any(|at| {
-                        let (in_contact, tested_rays) = element.is_in_contact(context.stage, at, &mut stream);
+                        let (in_contact, tested_rays) = element.is_in_contact(context.world, at, &mut stream);
                         rays += tested_rays;
                         in_contact == (contact_free > 0)
                     });

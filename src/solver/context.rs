@@ -2,15 +2,15 @@
 
 use super::Method;
 use super::pace::{Pace, TimeLeft};
-use crate::chain::Stage;
 use crate::scene::Scene;
+use crate::transport::World;
 
 /// Everything that a job needs to know about its run.
 pub struct Context<'a> {
     /// The scene as read.
     pub scene: &'a Scene,
     /// The scene prepared for packets.
-    pub stage: &'a Stage,
+    pub world: &'a World,
     /// Seed of the run.
     pub seed: u64,
     /// How maps are estimated.
@@ -37,11 +37,11 @@ impl Context<'_> {
 #[cfg(test)]
 impl<'a> Context<'a> {
     /// Context of a test without a time limit: by counts, to 1 %.
-    pub fn of_a_test(scene: &'a Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
+    pub fn of_a_test(scene: &'a Scene, world: &'a World, seed: u64) -> Context<'a> {
         let (method, target_error, time_left) = (Method::Collision, 0.01, &|| TimeLeft::Enough);
         Context {
             scene,
-            stage,
+            world,
             seed,
             method,
             target_error,

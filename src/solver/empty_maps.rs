@@ -14,7 +14,7 @@ pub type Shows<'a> = (&'a [bool], &'a [f64]);
 
 /// An empty map of elements, and its weights. They depend on what elements that adapt show.
 pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
-    let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
+    let luminous_flux_lm = context.world.emitters.luminous_flux_lm();
     let weights = element_weights(context, elements, shows);
     let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.element(index as u32));
     // A packet that meets an element that seems hidden by contact counts in all of it.
@@ -51,7 +51,7 @@ pub fn receiver_map(context: &Context, set: usize) -> (ReplicaMap, Vec<f64>) {
         receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
     let unit = match receivers.is_far_field() {
         // Solid angles take the place of areas.
-        true => Unit::Packets { luminous_flux_lm: context.stage.emitters.luminous_flux_lm(), area_m2: weights.clone() },
+        true => Unit::Packets { luminous_flux_lm: context.world.emitters.luminous_flux_lm(), area_m2: weights.clone() },
         false => Unit::Lux,
     };
     (ReplicaMap::new(weights.len(), unit), weights)

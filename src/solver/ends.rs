@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::chain::End;
+use crate::transport::End;
 
 /// How the packets of forward chains ended, counted.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

@@ -11,11 +11,11 @@ use super::spending::{Activity, Spending};
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
-use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::check::{luminaires_aimed_at_backs, luminaires_behind_surfaces};
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
 use crate::sampling::reflection::Bsdf;
+use crate::transport::MOST_RAYS_OF_A_CHAIN;
 use std::time::Instant;
 
 /// Standard errors by which the flux that elements absorb may differ from the emitted flux. Student's t of 15 degrees of freedom exceeds it
@@ -35,7 +35,7 @@ pub(super) struct Ending {
 
 pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], ending: Ending) -> Solution {
     let Ending { target_error, convergence, mut spending, stop_reason, begun_wall_s, build_s, compute_s } = ending;
-    let is_dark = context.stage.emitters.list().is_empty();
+    let is_dark = context.world.emitters.list().is_empty();
     let ends = ends_of_chains(jobs, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
     let map_check = ends_of_chains(jobs, is_dark).and_then(|ends| map_check(context, jobs, ends));
@@ -43,7 +43,7 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
         refuse_without_balance(context, jobs, check, target);
     }
     let walks = jobs.iter().any(|job| job.engine != Engine::Collision && !job.is_black());
-    let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
+    let paths_not_found = if walks { context.world.paths_not_found.clone() } else { Vec::new() };
     let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();
     let mut split_rays = 0;
     let maps = jobs.iter().map(|job| {
@@ -71,9 +71,9 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
         seed: settings.seed,
         target_error,
         chains: jobs.iter().map(Job::chains).sum(),
-        rays: context.stage.selection_rays() + split_rays + jobs.iter().map(Job::all_rays).sum::<u64>(),
+        rays: context.world.selection_rays() + split_rays + jobs.iter().map(Job::all_rays).sum::<u64>(),
         replicas: REPLICAS,
-        elements: elements.unwrap_or_else(|| context.stage.elements.clone()),
+        elements: elements.unwrap_or_else(|| context.world.elements.clone()),
         glare,
         estimated_error: maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max),
         target_met: target_error.map(|_| jobs.iter().filter(|job| job.bound).all(is_met)),
@@ -100,7 +100,7 @@ fn are_to_adapt(settings: &Settings, jobs: &[Job]) -> bool {
 
 /// Reports that there are too many elements for them to adapt.
 fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
-    let (count, most) = (context.stage.elements.len(), most_that_adapt(settings.time_limit_s, limit_bytes()));
+    let (count, most) = (context.world.elements.len(), most_that_adapt(settings.time_limit_s, limit_bytes()));
     (are_to_adapt(settings, jobs) && count > most).then(|| {
         format!(
             "elements stay as the scene gives them, with means as values: there are {count}, and the available time and \
@@ -111,12 +111,12 @@ fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) 
 
 /// Reports which luminaires keep elements from being cut.
 fn words_on_near_luminaires(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
-    let lights = context.stage.near_luminaires.as_ref().filter(|lights| lights.touch())?;
+    let lights = context.world.near_luminaires.as_ref().filter(|lights| lights.touch())?;
     if !are_to_adapt(settings, jobs) {
         return None;
     }
     let names: Vec<&str> =
-        lights.luminaires(context.stage).map(|index| context.scene.luminaires[index].name.as_str()).collect();
+        lights.luminaires(context.world).map(|index| context.scene.luminaires[index].name.as_str()).collect();
     Some(format!(
         "elements stay as the scene gives them, with means as values: {} {} a spot from so near that no slope could show it",
         names[..names.len().min(3)].join(", "),
@@ -129,7 +129,7 @@ fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
     let percent = |lm: f64| 100.0 * lm / balance.emitted_lm;
     let mut warnings = Vec::new();
     // The sky shines on roofs and outer walls, too.
-    if balance.back_face_lm > 0.0 && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far()) {
+    if balance.back_face_lm > 0.0 && context.world.emitters.list().iter().all(|emitter| !emitter.is_far()) {
         let part = luminaires_behind_surfaces(context.scene).map(|names| {
             format!(
                 "part of the light-emitting area of {names} lies behind a surface; move it away from the \
@@ -160,7 +160,7 @@ fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
 }
 
 fn words_on_walks_given_up(context: &Context) -> Option<String> {
-    let count = context.stage.patience.walks_given_up();
+    let count = context.world.patience.walks_given_up();
     (count > 0).then(|| {
         format!(
             "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, since nearly white surfaces \
@@ -238,7 +238,7 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
         estimated: judgement.stated_error(),
         degrees_of_freedom: judgement.degrees_of_freedom,
         dark_upper_bound_lx: dark
-            .then(|| PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum)),
+            .then(|| PACKETS_OF_A_BOUND * context.world.emitters.luminous_flux_lm() / (samples * weight_sum)),
     };
     MapResult {
         name: job.name.clone(),
@@ -295,7 +295,7 @@ fn flux_balance(context: &Context, ends: &[Ends; REPLICAS]) -> FluxBalance {
     for replica in ends {
         all += *replica;
     }
-    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let emitted_lm = context.world.emitters.luminous_flux_lm();
     let share = |packets: u64| emitted_lm * packets as f64 / all.packets().max(1) as f64;
     FluxBalance {
         emitted_lm,
@@ -309,7 +309,7 @@ fn flux_balance(context: &Context, ends: &[Ends; REPLICAS]) -> FluxBalance {
 /// Removes the target from an element map if its elements absorb another flux than luminaires emit. The difference must exceed both random
 /// error and target.
 fn refuse_without_balance(context: &Context, jobs: &mut [Job], check: &MapCheck, target_error: f64) {
-    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let emitted_lm = context.world.emitters.luminous_flux_lm();
     let deviation = (check.absorbed_by_map_lm / emitted_lm - 1.0).abs();
     let passed = check.z_score.abs() <= MOST_DEVIATION || deviation <= target_error;
     for job in jobs.iter_mut().filter(|job| job.kind == MapKind::Elements && !job.looks.checks.is_empty()) {
@@ -337,9 +337,9 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     if ends.iter().any(|ends| ends.back_faces > 0) {
         return Err("flux hits the back of one-sided surfaces".to_owned());
     }
-    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let emitted_lm = context.world.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
-        .map(|index| match context.stage.bsdf(job.elements.element(index).triangle) {
+        .map(|index| match context.world.bsdf(job.elements.element(index).triangle) {
             // The absorption of panes depends on the angle and is counted instead.
             Bsdf::Glass(_) => 0.0,
             bsdf => 1.0 - bsdf.total(1.0),

@@ -40,7 +40,7 @@ impl CellSets {
     pub fn new(context: &Context, error: f64, rays_of_a_walk: f64) -> CellSets {
         let reflected_seldom = (RAYS_OF_A_SHORT_WALK / rays_of_a_walk).min(1.0);
         let edge_share = (EDGES_AN_ERROR * error * reflected_seldom).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
-        let bounds_m = context.stage.tracer.bounds_m();
+        let bounds_m = context.world.tracer.bounds_m();
         let cells = |half: u32| {
             let mut stream = Stream::new(context.seed, Purpose::Cells, 1, half);
             stream.seek(0);

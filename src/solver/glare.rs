@@ -59,13 +59,13 @@ fn rate_observer(
     sites: Range<usize>,
 ) -> GlareRating {
     let luminaires = context.scene.luminaires.len();
-    let origin = context.stage.tracer.side_origin(observer.eye_m, observer.view);
+    let origin = context.world.tracer.side_origin(observer.eye_m, observer.view);
     let eye = Receiver { point_m: observer.eye_m, normal: observer.view, origin: &origin };
     let map = MapKind::Receivers(set).number();
     let mut trial = Stream::new(context.seed, Purpose::Pilot, map, 1);
     trial.seek(index as u64);
-    let rays = sample_glare(context.stage, &eye, &mut trial, &mut vec![0.0; luminaires]);
-    let outside = outside_of_table(context.stage, &eye, &mut trial, luminaires);
+    let rays = sample_glare(context.world, &eye, &mut trial, &mut vec![0.0; luminaires]);
+    let outside = outside_of_table(context.world, &eye, &mut trial, luminaires);
     let observers = context.scene.receivers[set].observers.len();
     let fewest = if observers > 1 { FEWEST_PASSES_OF_MANY } else { FEWEST_PASSES };
     let rays_of_replica = RAYS / (REPLICAS * observers) as f64;
@@ -78,7 +78,7 @@ fn rate_observer(
             let mut stream = Stream::new(context.seed, Purpose::Direct, map, replica as u32);
             for pass in passes..until {
                 stream.seek(index as u64 * MOST_PASSES + pass);
-                sample_glare(context.stage, &eye, &mut stream, sums);
+                sample_glare(context.world, &eye, &mut stream, sums);
             }
         });
         passes = until;

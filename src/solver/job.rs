@@ -106,7 +106,7 @@ pub struct Job {
 impl Job {
     /// Creates a job for the element map. If its elements adapt, it starts with the given elements until they are cut ([`Job::cut_on`]).
     pub fn elements(context: &Context, bound: bool) -> Job {
-        let given = context.stage.elements.clone();
+        let given = context.world.elements.clone();
         let adapt_to = context.adapt_to.filter(|_| bound && !given.is_empty());
         let (map, weights) = element_map(context, &given, None);
         let mut job = Job::new(context, MapKind::Elements, given, None, map, weights, bound);
@@ -137,7 +137,7 @@ impl Job {
         let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(context.scene, kind, context.method);
         let local = match (kind, engine) {
-            (MapKind::Receivers(set), Engine::Local(kernel)) if context.stage.reflects() => {
+            (MapKind::Receivers(set), Engine::Local(kernel)) if context.world.reflects() => {
                 Some(LocalPlan::of(context, set, kernel, 0.0))
             }
             _ => None,
@@ -202,7 +202,7 @@ impl Job {
             walking: WalkingState::default(),
             gathering: GatheringState::default(),
             connecting: ConnectingState::default(),
-            black: !context.stage.reflects(),
+            black: !context.world.reflects(),
         }
     }
 
@@ -414,7 +414,7 @@ impl Job {
             return 1.0;
         }
         let area_m2: f64 = self.site_weights().iter().sum();
-        context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
+        context.world.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
     }
 
     /// Whether the map is dark after enough chains that it no longer delays the end of the run.

@@ -14,11 +14,11 @@ use super::pace::TimeLeft;
 use super::passes::merged;
 use super::pilot::PartCost;
 use super::streams::{emission_shift, spread_choice};
-use crate::chain::Stage;
 use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
 use crate::maps::{MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::transport::World;
 
 mod plan;
 
@@ -85,7 +85,7 @@ impl LocalPlan {
     }
 
     fn anchors(context: &Context, set: usize) -> Anchors {
-        Anchors::of(context.stage, &context.scene.receivers[set], context.seed, MapKind::Receivers(set).number())
+        Anchors::of(context.world, &context.scene.receivers[set], context.seed, MapKind::Receivers(set).number())
     }
 
     /// Cost of a round per entry, and its scatter. `weights` are those of the entries.
@@ -142,8 +142,8 @@ impl LocalPlan {
 
     fn chains(&self, patience: &RoundPatience, set: usize, chains: std::ops::Range<u64>, task: &mut RoundsTask) -> u64 {
         let context = patience.context;
-        let (stage, points) = (context.stage, &context.scene.receivers[set].points);
-        let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
+        let (world, points) = (context.world, &context.scene.receivers[set].points);
+        let flux_lm = world.emitters.luminous_flux_lm() / self.chains_per_round as f64;
         let mut stream = Stream::new(context.seed, Purpose::Chains, MapKind::Receivers(set).number(), task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
@@ -154,18 +154,18 @@ impl LocalPlan {
                 break;
             }
             rays += if self.quasi {
-                let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
+                let rays = trace(&self.anchors, world, chain, &mut stream, &mut vertices);
                 // The unused coordinates of the last branch's point are related, by shifted digits, to the vertices of the other branches.
                 // So thinning uses its own random numbers.
                 stream.seek(THINNING | chain);
                 rays
             } else {
                 stream.seek(chain);
-                trace_plain(&self.anchors, stage, spread_choice(chain, shift), &mut stream, &mut vertices)
+                trace_plain(&self.anchors, world, spread_choice(chain, shift), &mut stream, &mut vertices)
             };
             for vertex in &vertices {
                 let variate = stream.unit();
-                rays += self.anchors.connect(stage, vertex, &self.connecting, variate, &mut scores, |entry, score| {
+                rays += self.anchors.connect(world, vertex, &self.connecting, variate, &mut scores, |entry, score| {
                     task.add(entry, points[entry].weight, flux_lm * score);
                 });
             }
@@ -193,7 +193,7 @@ impl LocalPlan {
                 stream.seek_quasi((entry as u64) << WALK_BITS | walk, entry as u64, walk);
                 let bound = self.connecting.bound;
                 let (value, walk_rays) =
-                    self.anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
+                    self.anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
                 task.add(entry, point.weight, value / a_round);
                 rays += walk_rays;
             }
@@ -241,22 +241,22 @@ impl RoundsTask<'_> {
 
 /// A variate that chooses the emitter. If there is only one emitter, no variate is drawn: the first coordinates of a quasi-random point,
 /// which are spread best, then give the direction.
-fn choice_of_emitter(stage: &Stage, stream: &mut Stream) -> f64 {
-    if stage.emitters.list().len() == 1 { 0.0 } else { stream.fine_unit() }
+fn choice_of_emitter(world: &World, stream: &mut Stream) -> f64 {
+    if world.emitters.list().len() == 1 { 0.0 } else { stream.fine_unit() }
 }
 
 /// Traces a chain from quasi-random points and lists its vertices. Returns the rays.
 /// Its branches continue from one point by shifted digits. The branches of one chain are spread evenly, and each branch number is spread
 /// evenly over all chains.
-fn trace(anchors: &Anchors, stage: &Stage, chain: u64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
+fn trace(anchors: &Anchors, world: &World, chain: u64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
     let first_index = chain * (u64::from(BRANCHES) + 1);
     stream.seek_quasi(first_index, 0, chain);
-    let choice = choice_of_emitter(stage, stream);
+    let choice = choice_of_emitter(world, stream);
     vertices.clear();
     // The first arrival is shared by all branches.
     let mut share = 1.0;
-    stage.trace_branches(choice, stream, BRANCHES, first_index + 1, |arrival| {
-        vertices.extend(anchors.vertex(stage, arrival, share));
+    world.trace_branches(choice, stream, BRANCHES, first_index + 1, |arrival| {
+        vertices.extend(anchors.vertex(world, arrival, share));
         share = 1.0 / f64::from(BRANCHES);
     })
 }
@@ -264,13 +264,13 @@ fn trace(anchors: &Anchors, stage: &Stage, chain: u64, stream: &mut Stream, vert
 /// Traces a chain from random numbers, without branches, and lists its vertices. Returns the rays.
 fn trace_plain(
     anchors: &Anchors,
-    stage: &Stage,
+    world: &World,
     choice: f64,
     stream: &mut Stream,
     vertices: &mut Vec<ChainVertex>,
 ) -> u64 {
     vertices.clear();
-    stage.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(stage, arrival, 1.0))).1
+    world.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(world, arrival, 1.0))).1
 }
 
 #[cfg(test)]
@@ -293,8 +293,8 @@ mod tests {
       "luminaires": [ { "name": "source", "type": "point", "position": [2, 2, 2], "luminous_flux_lm": 1000 } ],
       "receivers": [ { "name": "row", "type": "grid", "origin": [1.5, 1.5, 0.01], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 5, "rows": 5 } ] }"#;
 
-    fn context<'a>(scene: &'a crate::scene::Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
-        Context { method: Method::Local, ..Context::of_a_test(scene, stage, seed) }
+    fn context<'a>(scene: &'a crate::scene::Scene, world: &'a World, seed: u64) -> Context<'a> {
+        Context { method: Method::Local, ..Context::of_a_test(scene, world, seed) }
     }
 
     /// A table hides most of a floor from the lamp's spot. A pilot that traces its connections finds as much light as walks. The test takes
@@ -304,9 +304,9 @@ mod tests {
     fn a_pilot_that_traces_knows_what_stands_in_the_way() {
         const SEEDS: u64 = 64;
         let scene = scene_from_json(UNDER_A_TABLE, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let off_by = |plan: &dyn Fn(&Context) -> LocalPlan| {
-            let found: Vec<f64> = (0..SEEDS).map(|seed| plan(&context(&scene, &stage, seed)).found.ln()).collect();
+            let found: Vec<f64> = (0..SEEDS).map(|seed| plan(&context(&scene, &world, seed)).found.ln()).collect();
             let mean = found.iter().sum::<f64>() / SEEDS as f64;
             let squares: f64 = found.iter().map(|found| (found - mean).powi(2)).sum();
             (mean, (squares / (SEEDS * (SEEDS - 1)) as f64).sqrt())
@@ -324,8 +324,8 @@ mod tests {
     #[allow(clippy::single_range_in_vec_init)]
     fn rounds_past_two_to_the_32nd_are_as_good_as_the_first() {
         let scene = scene_from_json(CUBE, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
-        let context = context(&scene, &stage, 3);
+        let world = World::new(&scene);
+        let context = context(&scene, &world, 3);
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded, 0.0);
         let done = |ranges: &[std::ops::Range<u64>]| {
             let mut map = ReplicaMap::new(5, Unit::Lux);

@@ -17,10 +17,10 @@ use super::portion::{MapOfShare, MapSums};
 use super::share::ShareRecord;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, DEFAULT_TARGET_ERROR, ErrorParts, Settings, Solution, StopReason};
-use crate::chain::Stage;
 use crate::control::{EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, deviation_of_work, needed_work};
 use crate::maps::{CellsError, MapKind, MeasuredPart};
 use crate::scene::{ReceiversPart, Scene};
+use crate::transport::World;
 
 /// The result of a merge.
 #[derive(Clone, Debug)]
@@ -54,11 +54,11 @@ pub fn merge<E>(
     mut load: impl FnMut(usize) -> Result<Vec<MapSums>, E>,
 ) -> Result<Merged, E> {
     let started = Instant::now();
-    let stage = Stage::new(scene);
+    let world = World::new(scene);
     let build_s = started.elapsed().as_secs_f64();
     let context = Context {
         scene,
-        stage: &stage,
+        world: &world,
         seed: settings.seed,
         method: settings.method,
         target_error: settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
@@ -180,7 +180,7 @@ impl MergedMap {
             weights: vec![0.0; if gathers { entries } else { 0 }],
             measured: Vec::new(),
         };
-        let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
+        let luminous_flux_lm = context.world.emitters.luminous_flux_lm();
         MergedMap { job, is_alike, chains: 0, methods, luminous_flux_lm, cells, weights: [0; 2] }
     }
 

@@ -54,12 +54,12 @@ pub fn direct_over_elements(
         let mut scratch = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Elements.number(), replica as u32);
         for index in range.clone() {
-            let element = Element::of(context.stage, context.scene, elements, index as u32);
+            let element = Element::of(context.world, context.scene, elements, index as u32);
             let area_m2 = elements.area_m2(context.scene, elements.element(index as u32));
             let mut entry = scores.of_entry(area_m2, levels.of(index));
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let (lx, pass_rays) = scratch.over_element(context.stage, &element, &mut stream);
+                let (lx, pass_rays) = scratch.over_element(context.world, &element, &mut stream);
                 direct[index] += lx;
                 entry.add(lx);
                 rays += pass_rays;
@@ -101,10 +101,10 @@ pub fn direct_in_elements(
         let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica as u32);
         for index in range.clone().filter(|index| contact_free[*index] > 0.0) {
             let element =
-                Element::of(context.stage, context.scene, elements, index as u32).contact_free(contact_free[index]);
+                Element::of(context.world, context.scene, elements, index as u32).contact_free(contact_free[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let seen = scratch.sample_twice(context.stage, &element, &mut stream);
+                let seen = scratch.sample_twice(context.world, &element, &mut stream);
                 let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0]);
                 for (number, lx) in scores_lx.into_iter().enumerate() {
                     direct[number * sites + index] += lx;
@@ -126,7 +126,7 @@ pub fn chains(
     chains: Range<u64>,
     deposits: Deposits,
 ) -> Vec<(u64, Ends)> {
-    let stage = context.stage;
+    let world = context.world;
     let sites = map.len();
     let number = adaptive.as_deref().map_or(MapKind::Elements.number(), Adaptive::stream_number);
     let mut nothing = vec![Vec::new(); if adaptive.is_some() { 0 } else { REPLICAS }];
@@ -149,7 +149,7 @@ pub fn chains(
         for chain in chains.clone() {
             stream.seek(chain);
             let choice = spread_choice(chain, shift);
-            let (end, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
+            let (end, chain_rays) = world.trace_chain(choice, &mut stream, |arrival| {
                 let hit = &arrival.hit;
                 let Some((site, at)) = elements.place_at(hit.triangle, hit.barycentric, hit.side) else {
                     return;
@@ -183,7 +183,7 @@ pub fn ends_of_chains(context: &Context, chains: u64) -> Vec<(u64, Ends)> {
         let shift = emission_shift(&mut stream);
         for chain in 0..chains {
             stream.seek(chain);
-            let (end, chain_rays) = context.stage.trace_chain(spread_choice(chain, shift), &mut stream, |_| {});
+            let (end, chain_rays) = context.world.trace_chain(spread_choice(chain, shift), &mut stream, |_| {});
             ends.count(end);
             rays += chain_rays;
             if rays > RAYS_FOR_ENDS {
@@ -212,7 +212,7 @@ pub fn leaving_chains(
         let shift = emission_shift(&mut stream);
         for chain in chains.clone() {
             stream.seek(chain);
-            let (end, chain_rays, direction) = context.stage.trace_out(spread_choice(chain, shift), &mut stream);
+            let (end, chain_rays, direction) = context.world.trace_out(spread_choice(chain, shift), &mut stream);
             if let Some(direction) = direction {
                 counts[table.entry_towards(direction)] += 1.0;
             }
@@ -235,7 +235,7 @@ pub fn direct_at_points(
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
-    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
+    let (world, receivers) = (context.world, &context.scene.receivers[set]);
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
     map.fix_direct_levels(points.clone());
     let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*control_variates);
@@ -254,17 +254,17 @@ pub fn direct_at_points(
             if point.inside {
                 return sums_lx;
             }
-            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let origin = world.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let control_variate = kept.of(entry).unwrap_or_else(|| {
                 let survey_samples = kept.survey_samples;
                 let control_variate =
-                    DirectSampler::expect(stage, receivers.quantity, &receiver, &mut pass, survey_samples);
+                    DirectSampler::expect(world, receivers.quantity, &receiver, &mut pass, survey_samples);
                 rays += control_variate.rays;
                 made.push((entry, control_variate));
                 &made[made.len() - 1].1
             });
-            let mut look = DirectSampler::new(stage, receivers.quantity, &receiver, &mut pass, control_variate);
+            let mut look = DirectSampler::new(world, receivers.quantity, &receiver, &mut pass, control_variate);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
@@ -300,8 +300,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::chain::Stage;
     use crate::check::scene_from_json;
+    use crate::transport::World;
 
     #[test]
     fn chains_beyond_four_billion_are_chains_of_their_own() {
@@ -312,12 +312,12 @@ mod tests {
             "luminaires": [ { "name": "a", "type": "point", "position": [0.5,0.5,0.5], "luminous_flux_lm": 100 },
                             { "name": "b", "type": "point", "position": [0.4,0.6,0.5], "luminous_flux_lm": 50 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
-        let stage = Stage::new(&scene);
-        let context = Context::of_a_test(&scene, &stage, 3);
+        let world = World::new(&scene);
+        let context = Context::of_a_test(&scene, &world, 3);
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };
             let mut map = ReplicaMap::new(12, unit);
-            chains(&context, &stage.elements, &mut map, None, first..first + 4000, Deposits::DirectToo);
+            chains(&context, &world.elements, &mut map, None, first..first + 4000, Deposits::DirectToo);
             map.indirect.iter().map(|slab| slab.iter().sum::<f64>() / 4000.0).collect()
         };
         let runs = [0, (1u64 << 32) - 2000, 1 << 40].map(counts);

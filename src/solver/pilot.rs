@@ -151,7 +151,7 @@ pub fn direct_cost(
     elements: &Elements,
     adaptive: Option<&Adaptive>,
 ) -> (PartCost, ControlVariates) {
-    let (stage, scene) = (context.stage, context.scene);
+    let (world, scene) = (context.world, context.scene);
     if let MapKind::Receivers(set) = kind {
         return direct_cost_at_points(context, set);
     }
@@ -161,7 +161,7 @@ pub fn direct_cost(
     for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
         stream.seek(index as u64);
         let contact_free = adaptive.map_or(1.0, |adaptive| adaptive.contact_free[index]);
-        let element = Element::of(stage, scene, elements, index as u32).contact_free(contact_free);
+        let element = Element::of(world, scene, elements, index as u32).contact_free(contact_free);
         if contact_free == 0.0 {
             continue;
         }
@@ -171,11 +171,11 @@ pub fn direct_cost(
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, from the reference, and the random error of the light that differs from the reference.
-                let seen = scratch.sample_twice(stage, &element, &mut stream);
+                let seen = scratch.sample_twice(world, &element, &mut stream);
                 let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
             }),
-            None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(stage, &element, &mut stream)),
+            None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(world, &element, &mut stream)),
         }
     }
     (sites.cost(), ControlVariates::planned(USUAL_SURVEY, 0.0))
@@ -200,14 +200,14 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVar
 
 /// Cost of direct light at points with `survey_samples` survey samples, and the survey rays per point.
 fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (PartCost, f64) {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let (world, quantity) = (context.world, context.scene.receivers[set].quantity);
     let (mut ahead_rays, mut points) = (0, 0);
     let passes = samples_of_a_site(context, sites_of(context, set), PASSES);
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut scratch = DirectPass::default();
-        let control_variate = DirectSampler::expect(stage, quantity, receiver, &mut scratch, survey_samples);
-        let mut look = DirectSampler::new(stage, quantity, receiver, &mut scratch, &control_variate);
+        let control_variate = DirectSampler::expect(world, quantity, receiver, &mut scratch, survey_samples);
+        let mut look = DirectSampler::new(world, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
         site.add(context, weight, passes, || look.sample(stream));
         (site, control_variate.rays)
@@ -230,8 +230,8 @@ pub fn indirect_cost(
     elements: &Elements,
     direct_mean_lx: Option<f64>,
 ) -> IndirectCost {
-    let (stage, scene) = (context.stage, context.scene);
-    if !stage.reflects() {
+    let (world, scene) = (context.world, context.scene);
+    if !world.reflects() {
         return IndirectCost::alone(PartCost::default());
     }
     match kind {
@@ -251,7 +251,7 @@ pub fn indirect_cost(
 /// Measures walks from random points of elements. `contact_free` is the contact-free share of each element (not hidden by contact); it is empty if
 /// elements count as a whole.
 pub fn walk_cost_in_elements(context: &Context, elements: &Elements, contact_free: &[f64]) -> PartCost {
-    let (stage, number) = (context.stage, MapKind::Elements.number());
+    let (world, number) = (context.world, MapKind::Elements.number());
     let stride = elements.len().div_ceil(MOST_SITES).max(1);
     let indices =
         scattered(elements.len().div_ceil(stride)).map(|site| site * stride).filter(|index| *index < elements.len());
@@ -259,16 +259,16 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, contact_fre
         indices.filter(|index| contact_free.get(*index).is_none_or(|share| *share > 0.0)).collect();
     let walk_from = |index: &usize| {
         let share = contact_free.get(*index).copied().unwrap_or(1.0);
-        let element = Element::of(stage, context.scene, elements, *index as u32).contact_free(share);
+        let element = Element::of(world, context.scene, elements, *index as u32).contact_free(share);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 4);
         stream.seek(*index as u64);
         let (mut cut, mut site) = (Cut::default(), Sites::default());
         site.add(context, element.area_m2 * share, WALKS, || {
-            let (at, drawing_rays) = element.draw_contact_free(stage, &mut stream);
-            let origin = element.origin(stage, at);
+            let (at, drawing_rays) = element.draw_contact_free(world, &mut stream);
+            let origin = element.origin(world, at);
             let receiver =
-                Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
-            let (lx, rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut stream);
+                Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
+            let (lx, rays) = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
             (lx, drawing_rays + rays)
         });
         site.weighed = cut.weighed as f64;
@@ -319,7 +319,7 @@ fn over_receivers<S: Send>(
         let point = &points[*index];
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
         stream.seek(*index as u64);
-        let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
+        let origin = context.world.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
         look_at(&receiver, point.weight, &mut stream)
     };
@@ -342,9 +342,9 @@ fn over_receivers<S: Send>(
 
 /// Cost of a chain. One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
 fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> PartCost {
-    let (stage, scene) = (context.stage, context.scene);
+    let (world, scene) = (context.world, context.scene);
     let area_of = |index: u32| elements.area_m2(scene, elements.element(index));
-    let flux_squared = stage.emitters.luminous_flux_lm().powi(2);
+    let flux_squared = world.emitters.luminous_flux_lm().powi(2);
     let count = elements.len();
     let area_m2: f64 = (0..count as u32).map(area_of).sum();
     let (mut variance, mut sum_lm) = (0.0, 0.0);
@@ -352,13 +352,13 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     for chain in scattered(CHAINS) {
         stream.seek((count + chain) as u64);
         let choice = (chain as f64 + stream.fine_unit()) / CHAINS as f64;
-        let (_, chain_rays) = stage.trace_chain(choice, stream, |arrival| {
+        let (_, chain_rays) = world.trace_chain(choice, stream, |arrival| {
             let hit = &arrival.hit;
             if arrival.bounces > 0
                 && let Some(element) = elements.element_at(hit.triangle, hit.barycentric, hit.side)
             {
                 variance += flux_squared / area_of(element) / area_m2;
-                sum_lm += stage.emitters.luminous_flux_lm();
+                sum_lm += world.emitters.luminous_flux_lm();
             }
         });
         rays += chain_rays;
@@ -380,16 +380,16 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
 
 /// Measures the cost of a chain and the scatter of its scores: Σ Ω·var I is Φ² times the mean of 1/Ω where it leaves the scene.
 fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCost {
-    let stage = context.stage;
+    let world = context.world;
     let points = &context.scene.receivers[set].points;
     let all_sr: f64 = points.iter().map(|point| point.weight).sum();
-    let flux_lm = stage.emitters.luminous_flux_lm();
+    let flux_lm = world.emitters.luminous_flux_lm();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 1);
     let (mut variance, mut left, mut chains, mut rays) = (0.0, 0.0, 0, 0);
     for chain in scattered(LEAVING_CHAINS) {
         stream.seek(chain as u64);
         let choice = (chain as f64 + stream.fine_unit()) / LEAVING_CHAINS as f64;
-        let (_, chain_rays, direction) = stage.trace_out(choice, &mut stream);
+        let (_, chain_rays, direction) = world.trace_out(choice, &mut stream);
         if let Some(direction) = direction {
             variance += flux_lm * flux_lm / (points[table.entry_towards(direction)].weight * all_sr);
             left += 1.0;
@@ -482,10 +482,10 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::scene::Scene;
     use crate::solver::pace::TimeLeft;
+    use crate::transport::World;
 
     /// A room with a lamp and a grid of receivers.
     pub(super) fn room_with(grid: &str) -> Scene {
@@ -503,9 +503,9 @@ mod tests {
     #[test]
     fn where_the_time_is_over_a_pilot_takes_few_rays() {
         let scene = room_with(r#""origin": [2,2,1], "u": [1,0,0], "v": [0,0.5,0], "columns": 1, "rows": 1"#);
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
-            let context = Context { time_left, ..Context::of_a_test(&scene, &stage, 3) };
+            let context = Context { time_left, ..Context::of_a_test(&scene, &world, 3) };
             indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), None).shared.pilot_rays
         };
         let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];

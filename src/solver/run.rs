@@ -36,7 +36,7 @@ use super::portion::{MapOfShare, MapSums, Portion, sums_of};
 use super::spending::Activity;
 use super::{DEFAULT_TARGET_ERROR, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
-use crate::estimators::roulette::stage_for_walks;
+use crate::estimators::roulette::world_for_walks;
 use crate::scene::{Scene, joined};
 
 /// Share of a time limit after which elements are not cut further before the run. Each round of cutting takes up to four times the work of
@@ -64,7 +64,7 @@ pub(super) fn solve_as(
     observer: &dyn Observer,
 ) -> (Solution, Vec<(MapOfShare, MapSums)>) {
     let started = Instant::now();
-    let stage = stage_for_walks(scene);
+    let world = world_for_walks(scene);
     let build_s = started.elapsed().as_secs_f64();
     observer.ready();
     let pace = match (settings.time_limit_s, settings.chains) {
@@ -76,7 +76,7 @@ pub(super) fn solve_as(
     let time_limit_s = observer.time_limit_s(settings, going_on.as_ref());
     let settings = &Settings { time_limit_s, ..settings.clone() };
     let target_error = target_of(settings, portion);
-    let adapt_to = adapts(settings, &stage).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
+    let adapt_to = adapts(settings, &world).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (portion.map_or(settings.seed, |portion| portion.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
@@ -90,7 +90,7 @@ pub(super) fn solve_as(
     };
     let context = Context {
         scene,
-        stage: &stage,
+        world: &world,
         seed,
         method,
         target_error: planned_error,
@@ -99,7 +99,7 @@ pub(super) fn solve_as(
         time_left: &time_left,
         pace,
     };
-    give_up_long_paths(&stage, settings, observer.wall_s());
+    give_up_long_paths(&world, settings, observer.wall_s());
     let mut run = Run::new(&context, settings, target_error, observer, limit_bytes() / SHARE_OF_MEMORY);
     let kept_s = going_on.as_ref().map_or(0.0, |going_on| going_on.kept.compute_s());
     let is_whole = match going_on {

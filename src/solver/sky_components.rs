@@ -93,8 +93,8 @@ fn walk_from(
     into: &mut PointSums,
     walks: std::ops::Range<u64>,
 ) {
-    let stage = context.stage;
-    let origin = stage.tracer.side_origin(point.position_m, point.normal);
+    let world = context.world;
+    let origin = world.tracer.side_origin(point.position_m, point.normal);
     let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
     let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
     for (replica, found) in into.found.iter_mut().enumerate() {
@@ -102,7 +102,7 @@ fn walk_from(
         for number in walks.clone() {
             stream.seek_quasi(((index as u64) << 24) | number, index as u64, number);
             let tally = &mut SkyWayTally(found);
-            into.rays += walk_for_coefficients((stage, openings), &receiver, (&mut pass, &mut cut), tally, &mut stream);
+            into.rays += walk_for_coefficients((world, openings), &receiver, (&mut pass, &mut cut), tally, &mut stream);
         }
     }
 }

@@ -37,7 +37,7 @@ const SAMPLED_AREAS: usize = 512;
 fn counted_areas<'a>(context: &Context, job: &'a Job) -> Option<(f64, &'a [f64])> {
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else { return None };
     let is_fixed = job.kind == MapKind::Elements && job.adapting.adaptive.is_none();
-    (is_fixed && context.stage.paths_not_found.is_empty()).then_some((*luminous_flux_lm, area_m2))
+    (is_fixed && context.world.paths_not_found.is_empty()).then_some((*luminous_flux_lm, area_m2))
 }
 
 /// Walks from each of `elements` elements in each replica, from the map's rays before and the rays of one walk. 0 if the walks would take
@@ -154,20 +154,20 @@ fn walk_from_element(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let stage = context.stage;
+    let world = context.world;
     if contact_free == 0.0 {
         return (0.0, 0);
     }
     stream.seek((u64::from(index) << 32) | walk);
-    let element = Element::of(stage, context.scene, &stage.elements, index).contact_free(contact_free);
-    let (at, tested_rays) = element.draw_of_whole(stage, stream);
+    let element = Element::of(world, context.scene, &world.elements, index).contact_free(contact_free);
+    let (at, tested_rays) = element.draw_of_whole(world, stream);
     let Some(at) = at else {
         return (0.0, tested_rays);
     };
-    let origin = element.origin(stage, at);
+    let origin = element.origin(world, at);
     let receiver =
-        Receiver { point_m: stage.tracer.position_m(&origin), normal: element.normal_at(stage, at), origin: &origin };
-    let (lx, rays) = sample_indirect_lx(stage, &receiver, cut, stream);
+        Receiver { point_m: world.tracer.position_m(&origin), normal: element.normal_at(world, at), origin: &origin };
+    let (lx, rays) = sample_indirect_lx(world, &receiver, cut, stream);
     (lx, tested_rays + rays)
 }
 
@@ -176,9 +176,9 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::solver::contact::{KnownContact, contact_free_shares};
+    use crate::transport::World;
 
     /// The top of a beam lies on the ceiling. No packet comes there, so no walk from there finds light. Planted fault: walks that assume
     /// the top is free of contact and start near its edge find light. Seed 2, 400 walks from each element; those that start in the hidden area are
@@ -194,20 +194,20 @@ mod tests {
                   "max_element_edge": 0.1 } ],
             "luminaires": [ { "name": "a", "type": "point", "position": [3,2,1.5], "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
-        let stage = Stage::new(&scene);
-        let context = Context::of_a_test(&scene, &stage, 2);
+        let world = World::new(&scene);
+        let context = Context::of_a_test(&scene, &world, 2);
         let contact_free =
-            contact_free_shares(&context, &stage.elements, 0..stage.elements.len(), |_| KnownContact::Unknown).0;
+            contact_free_shares(&context, &world.elements, 0..world.elements.len(), |_| KnownContact::Unknown).0;
         // Elements of the beam's top, and those of the ceiling whose walks start below the beam.
         let elements_of = |name: &str| {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface");
-            stage.elements.of_surface(&scene, surface as u32)
+            world.elements.of_surface(&scene, surface as u32)
         };
         let mut stream = Stream::new(context.seed, Purpose::Walks, 0, 0);
         let is_below = |index: u32, walk: u64, stream: &mut Stream| {
             stream.seek((u64::from(index) << 32) | walk);
-            let element = Element::of(&stage, &scene, &stage.elements, index);
-            let at_m = element.point_m(&stage, element.draw(&stage, stream));
+            let element = Element::of(&world, &scene, &world.elements, index);
+            let at_m = element.point_m(&world, element.draw(&world, stream));
             (1.01..1.17).contains(&at_m.x) && (1.03..2.51).contains(&at_m.y)
         };
         let mut found_lx = |name: &str, share: &dyn Fn(u32) -> f64| {

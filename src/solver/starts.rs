@@ -39,11 +39,11 @@ impl Starts<'_> {
 
     /// Middle of an entry in m, and its unit normal.
     pub fn middle(&self, entry: usize) -> (DVec3, DVec3) {
-        let stage = self.context.stage;
+        let world = self.context.world;
         match self.kind {
             MapKind::Elements => {
-                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
-                element.middle(stage)
+                let element = Element::of(world, self.context.scene, self.elements, entry as u32);
+                element.middle(world)
             }
             MapKind::Receivers(set) => {
                 let point = &self.context.scene.receivers[set].points[entry];
@@ -54,17 +54,17 @@ impl Starts<'_> {
 
     /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is hidden by contact.
     pub fn site(&self, entry: usize) -> Option<Site> {
-        let stage = self.context.stage;
+        let world = self.context.world;
         match self.kind {
             MapKind::Elements => {
-                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
+                let element = Element::of(world, self.context.scene, self.elements, entry as u32);
                 let share = self.contact_free.get(entry).copied().unwrap_or(1.0);
                 (share > 0.0).then(|| Site::Element(element.contact_free(share)))
             }
             MapKind::Receivers(set) => {
                 let receivers = &self.context.scene.receivers[set];
                 let point = &receivers.points[entry];
-                let origin = stage.tracer.side_origin(point.position_m, point.normal);
+                let origin = world.tracer.side_origin(point.position_m, point.normal);
                 let (point_m, normal, quantity) = (point.position_m, point.normal, receivers.quantity);
                 (!point.inside).then_some(Site::Point { point_m, normal, origin, quantity })
             }
@@ -74,19 +74,19 @@ impl Starts<'_> {
     /// Draws the start of one ray of an entry.
     #[inline]
     pub fn draw(&self, site: &Site, stream: &mut Stream) -> DrawnStart {
-        let stage = self.context.stage;
+        let world = self.context.world;
         match site {
             Site::Element(element) => {
                 let (at, rays) = if self.as_wholes {
-                    element.draw_of_whole(stage, stream)
+                    element.draw_of_whole(world, stream)
                 } else {
-                    let (at, rays) = element.draw_contact_free(stage, stream);
+                    let (at, rays) = element.draw_contact_free(world, stream);
                     (Some(at), rays)
                 };
                 let (at, weight) = at.map_or(([0.0; 2], 0.0), |at| (at, 1.0));
-                let origin = element.origin(stage, at);
-                let point_m = stage.tracer.position_m(&origin);
-                DrawnStart { at, point_m, normal: element.normal_at(stage, at), origin, weight, rays }
+                let origin = element.origin(world, at);
+                let point_m = world.tracer.position_m(&origin);
+                DrawnStart { at, point_m, normal: element.normal_at(world, at), origin, weight, rays }
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use crate::chain::Stage;
 use crate::light_mesh::{
     Accelerations, Entries, IndirectForm, NEVER, Planner, SamplePlacing, Samples, Solids, Surroundings, Wishes,
 };
@@ -10,11 +9,12 @@ use crate::maps::MapResult;
 use crate::methods::check_light_mesh;
 use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requests};
+use crate::transport::World;
 
 /// Checks that these methods can compute the requested maps. They compute only direct light.
 pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
     check_light_mesh(scene, settings).map_err(|error| error.to_string())?;
-    if Stage::new(scene).reflects() {
+    if World::new(scene).reflects() {
         return Err("shadow rays compute direct light only, and surfaces of this scene reflect".to_owned());
     }
     Ok(())
@@ -30,13 +30,13 @@ pub fn solve_by_points(
 ) -> Result<Solution, String> {
     check_points(scene, settings)?;
     let started = Instant::now();
-    let stage = Stage::new(scene);
+    let world = World::new(scene);
     let build_s = started.elapsed().as_secs_f64();
     let solids = Solids::of(scene);
-    let points = Samples::of(&stage, SamplePlacing::Count(count), settings.seed);
+    let points = Samples::of(&world, SamplePlacing::Count(count), settings.seed);
     let stop = || observer.is_interrupted();
     let planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, give_up: NEVER },
+        around: Surroundings { scene, world: &world, solids: &solids, samples: &points, give_up: NEVER },
         wishes: Wishes {
             step_m: None,
             radius_m: None,

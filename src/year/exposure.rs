@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::hours::YEAR;
 use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
-use crate::chain::Stage;
 use crate::estimators::sunlight::way_out;
 use crate::geometry::Origin;
 use crate::scene::{ReceiverPoint, Scene};
+use crate::transport::World;
 
 /// Samples of the sun in a day.
 const LOOKS: u32 = 24 * 60;
@@ -47,15 +47,15 @@ pub struct SetSunlight {
 
 /// Computes when the points of all receiver sets with positions see the sun, on days given by month and day.
 pub fn sunlight(scene: &Scene, site: &SunSite, days: &[(u32, u32)]) -> Vec<SetSunlight> {
-    let stage = Stage::new(scene);
+    let world = World::new(scene);
     // The sun's directions are the same for all points.
     let days: Vec<SunDay> = days.iter().map(|day| SunDay::of(*site, *day)).collect();
     let of_point = |point: &ReceiverPoint| {
         if point.inside {
             return vec![Vec::new(); days.len()];
         }
-        let origin = stage.tracer.side_origin(point.position_m, point.normal);
-        days.iter().map(|day| sunlit(&stage, point, &origin, day)).collect()
+        let origin = world.tracer.side_origin(point.position_m, point.normal);
+        days.iter().map(|day| sunlit(&world, point, &origin, day)).collect()
     };
     let sets = scene.receivers.iter().enumerate().filter(|(_, set)| !set.placed_points().is_empty());
     sets.map(|(set, receivers)| SetSunlight { set, points: receivers.points.par_iter().map(of_point).collect() })
@@ -95,9 +95,9 @@ fn hour_of(look: u32) -> f64 {
     24.0 * f64::from(look) / f64::from(LOOKS)
 }
 
-fn sunlit(stage: &Stage, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -> SunlitHours {
+fn sunlit(world: &World, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -> SunlitHours {
     let sees = |towards: Option<DVec3>| {
-        towards.is_some_and(|towards| point.normal.dot(towards) > 0.0 && way_out(stage, origin, towards).0 > 0.0)
+        towards.is_some_and(|towards| point.normal.dot(towards) > 0.0 && way_out(world, origin, towards).0 > 0.0)
     };
     // The moment at which the sun appears or disappears.
     let change = |mut before: f64, mut after: f64, was_seen: bool| {

@@ -4,7 +4,6 @@ use super::count::{Counted, HourCounts, YearMeasure};
 use super::hours::YearSky;
 use super::sun_cells::SunCells;
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
-use crate::chain::Stage;
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyPath, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::receiver::Receiver;
@@ -12,6 +11,7 @@ use crate::estimators::sunlight::Suns;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, ReceiverPoint, Scene};
+use crate::transport::World;
 use glam::DVec3;
 
 /// Walks of a replica before the first check of the error, and at most.
@@ -29,7 +29,7 @@ const DIM_SHARE: f64 = 0.01;
 /// Data shared by all receivers.
 pub(super) struct YearContext<'a> {
     pub scene: &'a Scene,
-    pub stage: &'a Stage,
+    pub world: &'a World,
     pub sky: &'a YearSky,
     pub cells: &'a SunCells<'a>,
     /// Openings through which daylight enters.
@@ -124,7 +124,7 @@ impl DirectSuns {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             stream.seek(index as u64);
             let slab = found.lx.of(replica);
-            let around = (context.scene, context.stage);
+            let around = (context.scene, context.world);
             let show = |sun: usize, lx| slab[sun] = lx;
             found.rays += context.sky.suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, show);
         }
@@ -140,7 +140,7 @@ impl DirectSuns {
         };
         let half_hidden: Vec<usize> = (0..all.towards.len()).filter(is_half_hidden).collect();
         let suns = Suns { towards: half_hidden.iter().map(|sun| all.towards[*sun]).collect(), disk: all.disk };
-        let around = (context.scene, context.stage);
+        let around = (context.scene, context.world);
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             let mut sums = vec![0.0; half_hidden.len()];
@@ -164,8 +164,8 @@ impl DirectSuns {
 }
 
 /// Calls a closure with the receiver of a point.
-pub(super) fn at<R>(stage: &Stage, point: &ReceiverPoint, then: impl FnOnce(&Receiver) -> R) -> R {
-    let origin = stage.tracer.side_origin(point.position_m, point.normal);
+pub(super) fn at<R>(world: &World, point: &ReceiverPoint, then: impl FnOnce(&Receiver) -> R) -> R {
+    let origin = world.tracer.side_origin(point.position_m, point.normal);
     then(&Receiver { point_m: point.position_m, normal: point.normal, origin: &origin })
 }
 
@@ -202,7 +202,7 @@ pub(super) fn year_of(
             for number in walked..wanted {
                 stream.seek_quasi(((index as u64) << 24) | number, index as u64, number);
                 rays += walk_for_coefficients(
-                    (context.stage, context.openings),
+                    (context.world, context.openings),
                     receiver,
                     (&mut pass, &mut cut),
                     &mut tally,

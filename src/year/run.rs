@@ -10,8 +10,8 @@ use super::sun_cells::SunCells;
 use super::survey::survey;
 use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
-use crate::chain::Stage;
 use crate::scene::{BsdfParameters, Emission, Openings, Quantity, ReceiverSet, Scene, Weather, joined};
+use crate::transport::World;
 use std::sync::Arc;
 
 /// Number of receivers computed before their hours are passed on.
@@ -113,17 +113,17 @@ pub fn solve_year<E: From<NotForYear>>(
     let [from, to] = settings.occupied_hours;
     let is_occupied = |middle: f64| from <= middle && middle < to;
     let sky = YearSky::of(weather, settings.subdivision, ground_reflectance, maintained, is_occupied);
-    let stage = Stage::new(&scene);
+    let world = World::new(&scene);
     let none = Openings::default();
     let openings = scene.luminaires[0].emission.openings().unwrap_or(&none);
     let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
     let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
-    let survey = survey((&scene, &stage), openings, &sky, &planes, settings.seed);
+    let survey = survey((&scene, &world), openings, &sky, &planes, settings.seed);
     let tuning = (settings.target_error, settings.seed);
-    let cells = SunCells::new((&scene, &stage), (&sky.suns, &sky.nodes), openings.if_all(), &survey.meetings, tuning);
+    let cells = SunCells::new((&scene, &world), (&sky.suns, &sky.nodes), openings.if_all(), &survey.meetings, tuning);
     let context = YearContext {
         scene: &scene,
-        stage: &stage,
+        world: &world,
         sky: &sky,
         cells: &cells,
         openings,
@@ -147,7 +147,7 @@ pub fn solve_year<E: From<NotForYear>>(
     }
     rays += cells.rays();
     let left_out = others.iter().map(|set| scene.receivers[*set].name.clone()).collect();
-    let walks_given_up = stage.patience.walks_given_up();
+    let walks_given_up = world.patience.walks_given_up();
     Ok(YearSolution {
         sets,
         left_out,
@@ -190,7 +190,7 @@ fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
             let (mut lit, mut rays) = (vec![0; suns], 0);
             for index in chunk {
                 let direct =
-                    at(context.stage, &points[*index], |receiver| DirectSuns::of(context, (set, *index), receiver));
+                    at(context.world, &points[*index], |receiver| DirectSuns::of(context, (set, *index), receiver));
                 rays += direct.rays;
                 for (sun, lit) in lit.iter_mut().enumerate() {
                     let hour = context.sky.hours_of_suns[sun] as usize;
@@ -297,7 +297,7 @@ fn set_year<E>(
             .map(|index| {
                 let point = &receivers.points[*index];
                 (!point.inside)
-                    .then(|| at(context.stage, point, |receiver| year_of(context, (set, *index), receiver, closing)))
+                    .then(|| at(context.world, point, |receiver| year_of(context, (set, *index), receiver, closing)))
             })
             .collect();
         for (index, found) in chunk.iter().zip(found) {

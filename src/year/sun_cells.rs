@@ -15,13 +15,13 @@ use glam::DVec3;
 
 use super::sun_nodes::SunNodes;
 use crate::base::half_samples::PARTED;
-use crate::chain::{Stage, TriangleSide};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sunlight::Suns;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::elements::{part_at, part_corners};
 use crate::scene::{Openings, Scene, Side};
+use crate::transport::{TriangleSide, World};
 
 /// Approximate number of cells of a replica at an error of 3 %, and its maximum. Cells are placed where walks meet surfaces.
 const CELLS: f64 = 8192.0;
@@ -89,7 +89,7 @@ impl CellView {
 /// The suns of all cells. Each cell is sampled on first use.
 pub(super) struct SunCells<'a> {
     scene: &'a Scene,
-    stage: &'a Stage,
+    world: &'a World,
     /// The hours' own suns.
     suns: &'a Suns,
     nodes: &'a SunNodes,
@@ -111,7 +111,7 @@ pub(super) fn side_index((triangle, side): TriangleSide) -> usize {
 impl<'a> SunCells<'a> {
     /// Creates cells in proportion to how often walks met each side.
     pub fn new(
-        (scene, stage): (&'a Scene, &'a Stage),
+        (scene, world): (&'a Scene, &'a World),
         (suns, nodes): (&'a Suns, &'a SunNodes),
         openings: Option<&'a Openings>,
         meetings: &[u32],
@@ -120,7 +120,7 @@ impl<'a> SunCells<'a> {
         let cells = (CELLS * AT_ERROR / target_error).min(MOST_CELLS);
         let can_shine = |index: usize| {
             let side = if index.is_multiple_of(2) { Side::Front } else { Side::Back };
-            let normal = stage.normal((index / 2) as u32, side);
+            let normal = world.normal((index / 2) as u32, side);
             suns.towards.iter().any(|towards| normal.dot(*towards) > -suns.disk[0])
         };
         let lit: Vec<f64> = (meetings.iter().enumerate())
@@ -144,7 +144,7 @@ impl<'a> SunCells<'a> {
         }
         let count = firsts[firsts.len() - 1] as usize;
         let cells = std::array::from_fn(|_| std::iter::repeat_with(OnceLock::new).take(count).collect());
-        SunCells { scene, stage, suns, nodes, openings, seed, parts, firsts, cells, rays: AtomicU64::new(0) }
+        SunCells { scene, world, suns, nodes, openings, seed, parts, firsts, cells, rays: AtomicU64::new(0) }
     }
 
     /// The suns that a surface point sees in a replica.
@@ -169,11 +169,11 @@ impl<'a> SunCells<'a> {
         let [a, b, c] = part_corners(self.parts[index], cell - self.firsts[index]);
         let [second, third] = uniform_triangle(stream.pair());
         let barycentric = [0, 1].map(|k| a[k] + second * (b[k] - a[k]) + third * (c[k] - a[k]));
-        let origin = self.stage.tracer.surface_origin(triangle, barycentric, side);
-        let normal: DVec3 = self.stage.normal_on(triangle, barycentric, side);
-        let place = Receiver { point_m: self.stage.tracer.position_m(&origin), normal, origin: &origin };
+        let origin = self.world.tracer.surface_origin(triangle, barycentric, side);
+        let normal: DVec3 = self.world.normal_on(triangle, barycentric, side);
+        let place = Receiver { point_m: self.world.tracer.position_m(&origin), normal, origin: &origin };
         let mut nodes = Vec::new();
-        let around = (self.scene, self.stage);
+        let around = (self.scene, self.world);
         let mut rays = self.nodes.suns.look_for_all(around, &place, self.openings, &mut stream, |node, lx| {
             let steps = (STEPS * lx.min(1.0)).round() as u16;
             if steps > 0 {
@@ -207,7 +207,7 @@ impl<'a> SunCells<'a> {
             }
         }
         let mut shining = Vec::new();
-        let around = (self.scene, self.stage);
+        let around = (self.scene, self.world);
         let found = |sun: usize, lx: f64| shining.push((sun, lx));
         let rays = self.suns.look_for(looked_for.iter().copied(), around, place, (self.openings, stream), found);
         let mut shining = shining.into_iter().peekable();
@@ -272,7 +272,7 @@ mod tests {
             "luminaires": [{ "name": "sky", "type": "sky", "luminance_distribution": "overcast", "horizontal_illuminance_lx": 1000 }],
             "receivers": [{ "name": "plane", "type": "grid", "origin": [1, 1, 0.85], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }] });
         let scene = crate::scene_from_json(&scene.to_string(), None, std::path::Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let at = |day: u32, hour: u32| {
             let moment = Moment::of_date(2026, 1 + day / 31, 1 + day % 31, f64::from(hour) + 0.5);
             let [elevation_deg, azimuth_deg] = solar_position_deg(52.0, 13.0, moment);
@@ -284,7 +284,7 @@ mod tests {
         let (nodes, themselves) = (SunNodes::of(&suns, 52.0), SunNodes::themselves(&suns));
         assert!(2 * nodes.suns.towards.len() < suns.towards.len());
         let meetings = vec![1; 2 * scene.triangles.len()];
-        let cells = |nodes| SunCells::new((&scene, &stage), (&suns, nodes), None, &meetings, (0.03, 1));
+        let cells = |nodes| SunCells::new((&scene, &world), (&suns, nodes), None, &meetings, (0.03, 1));
         let (few, all) = (cells(&nodes), cells(&themselves));
         // For a point, a replica and each sun: the error of nodes alone, and the error that remains.
         let wrong = |replica: usize, place: usize| -> Vec<[f64; 2]> {

@@ -7,12 +7,12 @@ use super::hours::YearSky;
 use super::receiver::at;
 use super::sun_cells::side_index;
 use crate::base::sky::Sky;
-use crate::chain::Stage;
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyPath, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, Scene};
+use crate::transport::World;
 
 /// Number of surveyed receivers, and of walks from each.
 const SURVEYED: usize = 128;
@@ -70,7 +70,7 @@ impl CoefficientTally for HourTally<'_> {
 /// Patches and exact sky share the same walks, so the noise in their difference is small. The product of two halves of the walks
 /// removes the rest of the noise on average.
 pub(super) fn survey(
-    (scene, stage): (&Scene, &Stage),
+    (scene, world): (&Scene, &World),
     openings: &Openings,
     sky: &YearSky,
     planes: &[usize],
@@ -98,14 +98,14 @@ pub(super) fn survey(
         let found = vec![Both::default(); hours.len()];
         let mut tally = HourTally { of: sky, hours: &hours, met: Vec::new(), found, half: 0 };
         let mut rays = 0;
-        at(stage, &scene.receivers[*set].points[*index], |receiver| {
+        at(world, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..WALKS {
                 // The two halves of one quasi-random sequence would be correlated. Each half therefore has its own sequence.
                 let sequence = 2 * number as u64 + walk % 2;
                 stream.seek_quasi((number as u64) * WALKS + walk, sequence, walk / 2);
                 tally.half = (walk % 2) as usize;
                 rays +=
-                    walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
+                    walk_for_coefficients((world, openings), receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
             }
         });
         (tally.met, tally.found, rays)

@@ -3,7 +3,7 @@
 /// Rooms whose numbers are listed.
 pub const ROOMS: &[&str] = &[
     "caches",
-    "chain",
+    "transport",
     "control",
     "estimators",
     "geometry",

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use luxmc::chain::Stage;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
+use luxmc::transport::World;
 
 use crate::common::{Silent, scene_of};
 
@@ -34,12 +34,12 @@ fn hall(reflectance: f64, columns: u32) -> Scene {
 }
 
 fn exact_lx(scene: &Scene) -> Vec<f64> {
-    let stage = Stage::new(scene);
+    let world = World::new(scene);
     let mut stream = Stream::new(0, Purpose::Pilot, 0, 0);
     let light = |point: &luxmc::scene::ReceiverPoint| {
-        let origin = stage.tracer.side_origin(point.position_m, point.normal);
+        let origin = world.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        look_at_all(&stage, &receiver, &mut stream).0
+        look_at_all(&world, &receiver, &mut stream).0
     };
     scene.receivers[0].points.iter().map(light).collect()
 }

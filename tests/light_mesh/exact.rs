@@ -3,7 +3,6 @@
 use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
-use luxmc::chain::Stage;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
@@ -14,6 +13,7 @@ use luxmc::maps::MapKind;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, StopReason, solve};
+use luxmc::transport::World;
 
 use crate::common::{Silent, scene_of};
 
@@ -42,23 +42,23 @@ fn hall(columns: u32) -> Scene {
     scene(geometry, lamps, &grid)
 }
 
-struct World {
+struct TestScene {
     scene: Scene,
-    stage: Stage,
+    world: World,
     solids: Solids,
     samples: Samples,
 }
 
-impl World {
-    fn of(scene: Scene) -> World {
-        let stage = Stage::new(&scene);
-        let samples = Samples::of(&stage, SamplePlacing::Stratified, 1);
-        World { solids: Solids::of(&scene), samples, stage, scene }
+impl TestScene {
+    fn of(scene: Scene) -> TestScene {
+        let world = World::new(&scene);
+        let samples = Samples::of(&world, SamplePlacing::Stratified, 1);
+        TestScene { solids: Solids::of(&scene), samples, world, scene }
     }
 
     fn around(&self) -> Surroundings<'_> {
-        let World { scene, stage, solids, samples } = self;
-        Surroundings { scene, stage, solids, samples, give_up: NEVER }
+        let TestScene { scene, world, solids, samples } = self;
+        Surroundings { scene, world, solids, samples, give_up: NEVER }
     }
 
     /// Direct light of the first receiver set by a mesh, and the work for it.
@@ -89,12 +89,12 @@ fn relative_rms(found: &[f64], exact: &[f64]) -> f64 {
 
 #[test]
 fn the_tree_and_the_templates_change_nothing_and_the_others_little() {
-    let world = World::of(hall(60));
-    let exact = world.by_rays();
+    let test = TestScene::of(hall(60));
+    let exact = test.by_rays();
     let without = |off: fn(&mut Accelerations)| {
         let mut accelerations = Accelerations::ALL;
         off(&mut accelerations);
-        world.by_mesh(0.15, 2.1, accelerations)
+        test.by_mesh(0.15, 2.1, accelerations)
     };
     let (all, counts) = without(|_| {});
     let (no_tree, _) = without(|a| a.tree = false);
@@ -116,10 +116,10 @@ fn the_tree_and_the_templates_change_nothing_and_the_others_little() {
 
 #[test]
 fn a_map_is_the_same_for_any_number_of_threads() {
-    let world = World::of(hall(50));
+    let test = TestScene::of(hall(50));
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| world.by_mesh(0.2, 1.25, Accelerations::ALL))
+        pool.install(|| test.by_mesh(0.2, 1.25, Accelerations::ALL))
     };
     let (values, counts) = run(1);
     assert_eq!((values, counts), run(7));
@@ -128,11 +128,11 @@ fn a_map_is_the_same_for_any_number_of_threads() {
 /// The error decreases with the step. At 1 mm it is below 0.3 %. At 10 cm, the planted fault, it is not.
 #[test]
 fn meshes_converge_to_exact_shadows() {
-    let world = World::of(hall(60));
-    let exact = world.by_rays();
+    let test = TestScene::of(hall(60));
+    let exact = test.by_rays();
     let errors: Vec<f64> = [0.4, 0.1, 0.02, 0.001]
         .iter()
-        .map(|step_m| relative_rms(&world.by_mesh(*step_m, 1.25, Accelerations::ALL).0, &exact))
+        .map(|step_m| relative_rms(&test.by_mesh(*step_m, 1.25, Accelerations::ALL).0, &exact))
         .collect();
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
     assert!(errors[3] <= 0.003, "{errors:?}");
@@ -157,14 +157,14 @@ fn no_light_leaks_through_walls() {
         r#"{room}, {{ "name": "wall", "type": "rectangle", "origin": [2.5,0,0], "u": [0,4,0], "v": [0,0,3], "material": "black" }}"#
     );
     for wall in [solid(0.3), solid(0.11), solid(0.01), sheet] {
-        let world = World::of(scene(&wall, lamp, grid));
+        let test = TestScene::of(scene(&wall, lamp, grid));
         for (step_m, ratio) in [(0.1, 1.25), (0.1, 2.1), (0.1, 3.1), (0.25, 2.1)] {
-            let (lx, _) = world.by_mesh(step_m, ratio, Accelerations::ALL);
+            let (lx, _) = test.by_mesh(step_m, ratio, Accelerations::ALL);
             let lit = lx.iter().filter(|lx| **lx > 0.0).count();
             assert_eq!(lit, 0, "step {step_m}, radius {ratio} steps: {wall}");
         }
     }
-    let open = World::of(scene(room, lamp, grid));
+    let open = TestScene::of(scene(room, lamp, grid));
     assert!(open.by_mesh(0.1, 2.1, Accelerations::ALL).0.iter().all(|lx| *lx > 0.0));
 }
 
@@ -175,10 +175,10 @@ fn an_unhidden_panel_has_its_closed_form() {
         { "name": "panel", "type": "rectangle", "origin": [1,1,3], "u": [0,1.2,0], "v": [0.6,0,0], "material": "black" }"#;
     let panel = r#"{ "name": "panel", "type": "area", "surface": "panel", "exitance_lm_m2": 4000 }"#;
     let grid = r#"{ "name": "plane", "type": "grid", "origin": [0,0,1], "u": [3,0,0], "v": [0,3,0], "columns": 21, "rows": 21 }"#;
-    let world = World::of(scene(geometry, panel, grid));
-    let (found, counts) = world.by_mesh(0.2, 1.25, Accelerations::ALL);
+    let test = TestScene::of(scene(geometry, panel, grid));
+    let (found, counts) = test.by_mesh(0.2, 1.25, Accelerations::ALL);
     let corners = [[1.0, 1.0], [1.0, 2.2], [1.6, 2.2], [1.6, 1.0]].map(|[x, y]| DVec3::new(x, y, 3.0));
-    for (point, lx) in world.scene.receivers[0].points.iter().zip(&found) {
+    for (point, lx) in test.scene.receivers[0].points.iter().zip(&found) {
         let exact = polygon_illuminance_lx(point.position_m, DVec3::Z, &corners, 4000.0).abs();
         assert!((lx - exact).abs() < 1e-9 * exact, "{} {lx} {exact}", point.position_m);
         assert!((lx - 1.01 * exact).abs() > 1e-9 * exact);
@@ -228,7 +228,7 @@ fn settings(target_error: Option<f64>, seed: u64) -> Settings {
 #[test]
 fn the_stated_error_is_the_true_one() {
     let scene = hall(200);
-    let exact = World::of(hall(200)).by_rays();
+    let exact = TestScene::of(hall(200)).by_rays();
     let choice = MeshChoice { step_m: Some(0.1), ..MeshChoice::default() };
     let mut ratios = Vec::new();
     for seed in 0..12 {
@@ -248,7 +248,7 @@ fn the_stated_error_is_the_true_one() {
 #[test]
 fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     let scene = hall(300);
-    let exact = World::of(hall(300)).by_rays();
+    let exact = TestScene::of(hall(300)).by_rays();
     let solved = |target: f64| {
         solve_by_light_mesh(&scene, &settings(Some(target), 0), &MeshChoice::default(), &Silent)
             .expect("it can be computed")
@@ -291,14 +291,14 @@ fn a_place_under_a_solid_stays_dark() {
         { "name": "floor", "type": "box", "min": [0,0,-1], "max": [4,4,0], "material": "black" },
         { "name": "crate", "type": "box", "min": [1,1,0], "max": [3,3,1], "material": "black" }"#;
     let lamp = r#"{ "name": "lamp", "type": "point", "position": [2,2,3], "intensity_cd": 100 }"#;
-    let world = World::of(scene(geometry, lamp, ""));
+    let test = TestScene::of(scene(geometry, lamp, ""));
     let options = Options { step_m: 0.2, radius_m: 0.42, accelerations: Accelerations::ALL };
     let bounds_m = [DVec3::ZERO, DVec3::new(4.0, 4.0, 0.0)];
-    let mesh = LightMesh::new(world.around(), bounds_m, options).expect("a small mesh");
+    let mesh = LightMesh::new(test.around(), bounds_m, options).expect("a small mesh");
     let mut room = luxmc::light_mesh::Workroom::default();
     let mut lx_at = |x: f64| {
         let point_m = DVec3::new(x, 2.03, 0.0);
-        let origin = world.stage.tracer.side_origin(point_m, DVec3::Z);
+        let origin = test.world.tracer.side_origin(point_m, DVec3::Z);
         mesh.direct(&Receiver { point_m, normal: DVec3::Z, origin: &origin }, &mut room).illuminance_lx
     };
     for x in [1.02, 1.1, 1.3, 2.0, 2.95] {

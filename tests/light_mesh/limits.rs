@@ -4,13 +4,13 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
-use luxmc::chain::Stage;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{Entries, NEVER, SamplePlacing, Samples, Solids, Surroundings};
 use luxmc::maps::MapKind;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
+use luxmc::transport::World;
 
 use crate::common::{Silent, scene_of};
 
@@ -111,9 +111,9 @@ impl Observer for CutAfter {
 fn a_run_that_is_cut_shows_the_best_that_it_has() {
     let scene = planes(60);
     let exact = exact_lx(&scene);
-    let stage = Stage::new(&scene);
-    let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
-    let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
+    let world = World::new(&scene);
+    let (solids, samples) = (Solids::of(&scene), Samples::of(&world, SamplePlacing::Stratified, 1));
+    let around = Surroundings { scene: &scene, world: &world, solids: &solids, samples: &samples, give_up: NEVER };
     let entries = Entries::of(&around, MapKind::Receivers(0), 1, None, false);
     let all: Vec<usize> = (0..entries.weights.len()).collect();
     let none = DirectBy::Rays { first: 0, passes: 0 };

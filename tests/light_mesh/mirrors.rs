@@ -3,13 +3,13 @@
 use glam::DVec3;
 use luxmc::base::ball::ball_illuminance_factor;
 use luxmc::base::polygon::polygon_illuminance_lx;
-use luxmc::chain::Stage;
 use luxmc::estimators::images::look_for_areas;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
+use luxmc::transport::World;
 
 use crate::common::{Silent, scene_of};
 
@@ -32,15 +32,15 @@ const BALL: &str =
 
 /// Mean of light samples of the images, and its standard error.
 fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64) {
-    let stage = Stage::new(scene);
-    let mirrors = stage.mirrors.as_ref().expect("flat mirrors");
-    let origin = stage.tracer.side_origin(point_m, normal);
+    let world = World::new(scene);
+    let mirrors = world.mirrors.as_ref().expect("flat mirrors");
+    let origin = world.tracer.side_origin(point_m, normal);
     let receiver = Receiver { point_m, normal, origin: &origin };
     let mut stream = Stream::new(7, Purpose::Pilot, 0, 0);
     let (mut sum, mut squares) = (0.0, 0.0);
     for look in 0..count {
         stream.seek(look);
-        let (lx, _) = look_for_areas(&stage, mirrors, &receiver, &mut stream);
+        let (lx, _) = look_for_areas(&world, mirrors, &receiver, &mut stream);
         sum += lx;
         squares += lx * lx;
     }

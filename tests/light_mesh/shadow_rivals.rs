@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use luxmc::validation::studies::shadow_rivals::depth_map::DepthMap;
 use luxmc::validation::studies::shadow_rivals::wedges::Wedges;
-use luxmc::validation::studies::world::World;
+use luxmc::validation::studies::study_scene::StudyScene;
 
 /// A ball of 0.5 m at 10 m above the ground, with boards or boxes between them.
 const LAMP_M: DVec3 = DVec3::new(20.0, 20.0, 10.0);
@@ -16,13 +16,13 @@ const BOX: &str = r#"{ "name": "box", "type": "box", "min": [18,17,2], "max": [2
 const SECOND: &str =
     r#"{ "name": "second", "type": "box", "min": [20.5,18,5], "max": [22.25,24,5.5], "material": "black" }"#;
 
-fn world(geometry: &str, ball: bool) -> World {
+fn study(geometry: &str, ball: bool) -> StudyScene {
     let lamp = if ball {
         format!(r#""type": "sphere", "center": [20,20,10], "radius": {RADIUS_M}, "luminous_flux_lm": 1000"#)
     } else {
         r#""type": "point", "position": [20,20,10], "luminous_flux_lm": 1000"#.to_owned()
     };
-    World::black(&format!("{GROUND}, {geometry}"), &format!(r#"{{ "name": "lamp", {lamp} }}"#)).expect("a world")
+    StudyScene::black(&format!("{GROUND}, {geometry}"), &format!(r#"{{ "name": "lamp", {lamp} }}"#)).expect("a study")
 }
 
 /// Points along a line across the shadow of the box's edge at x = 23, 2 m to 4 m high.
@@ -32,14 +32,14 @@ fn places_m(y_m: f64) -> Vec<DVec3> {
 
 /// Visible share of the ball at each point, by 4096 light samples.
 fn exact(geometry: &str, places_m: &[DVec3]) -> Vec<f64> {
-    let world = world(geometry, true);
-    let lit = world.by_rays(places_m, 4096, f64::INFINITY);
-    let lamp = &world.stage.emitters.list()[0];
+    let study = study(geometry, true);
+    let lit = study.by_rays(places_m, 4096, f64::INFINITY);
+    let lamp = &study.world.emitters.list()[0];
     places_m.iter().zip(&lit.lx).map(|(place_m, lx)| lx / lamp.unshadowed_lx(*place_m, DVec3::Z)).collect()
 }
 
-fn by_wedges(world: &World, radius_m: f64, places_m: &[DVec3]) -> Vec<[f64; 2]> {
-    let wedges = Wedges::of(world, LAMP_M, radius_m, SIZE_M);
+fn by_wedges(study: &StudyScene, radius_m: f64, places_m: &[DVec3]) -> Vec<[f64; 2]> {
+    let wedges = Wedges::of(study, LAMP_M, radius_m, SIZE_M);
     assert!(wedges.edge_count() > 3);
     places_m.iter().map(|place_m| wedges.seen_from(*place_m)).map(|seen| [seen.wedges, seen.outward]).collect()
 }
@@ -48,7 +48,7 @@ fn worst(found: &[f64], exact: &[f64]) -> f64 {
     found.iter().zip(exact).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max)
 }
 
-static OF_BOX: LazyLock<World> = LazyLock::new(|| world(BOX, false));
+static OF_BOX: LazyLock<StudyScene> = LazyLock::new(|| study(BOX, false));
 
 /// Behind one box whose silhouette is the same for the whole ball, wedges are right except for the change of the cosine over the ball, some
 /// 1 % of the lamp. Wedges of a ball smaller by a fifth (the planted fault) are not.
@@ -74,7 +74,7 @@ fn wedges_of_two_boxes_take_what_both_hide_twice() {
     let places_m = places_m(19.3);
     let both = format!("{BOX}, {SECOND}");
     let exact = exact(&both, &places_m);
-    let shares = by_wedges(&world(&both, false), RADIUS_M, &places_m);
+    let shares = by_wedges(&study(&both, false), RADIUS_M, &places_m);
     let off: Vec<f64> = shares.iter().zip(&exact).map(|(seen, exact)| seen[0] - exact).collect();
     let darkest = off.iter().copied().fold(0.0, f64::min);
     assert!(off.iter().all(|off| *off < 0.02) && (-0.6..-0.3).contains(&darkest), "{off:?}");

@@ -3,10 +3,10 @@
 //! Statistical assertions allow [`MOST_DEVIATIONS`] standard errors (16 replicas, Student's t with 15 degrees of freedom: α below 1e-6
 //! each). Seeds are fixed. 5 % more or less must be refused.
 
-use luxmc::chain::Stage;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::scene::{Scene, Side};
 use luxmc::solver::MapSelection;
+use luxmc::transport::World;
 
 use crate::common::{scene_of, with_chains};
 
@@ -79,16 +79,16 @@ fn lamps_a_million_times_brighter_behind_a_wall_change_nothing() {
 #[test]
 fn emitters_are_chosen_with_the_probability_reported() {
     let scene = two_rooms(40);
-    let stage = Stage::new(&scene);
-    let count = stage.emitters.list().len();
+    let world = World::new(&scene);
+    let count = world.emitters.list().len();
     let mut cut = Cut::default();
     for triangle in 0..scene.triangles.len() as u32 {
         const N: u32 = 100_000;
-        let normal = stage.normal(triangle, Side::Front);
+        let normal = world.normal(triangle, Side::Front);
         let corners_m = scene.corners_m(triangle);
         let point_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0 + 1e-6 * normal;
         let spot = (triangle, Side::Front);
-        let choices = stage.choices(spot, point_m, normal, &mut cut);
+        let choices = world.choices(spot, point_m, normal, &mut cut);
         let mut counts = vec![0u32; count];
         for i in 0..N {
             let variate = (f64::from(i) + 0.5) / f64::from(N);

@@ -3,12 +3,12 @@
 //! Seeds are fixed. Every statistical test has a fault of 3 % that it must refuse.
 
 use glam::DVec3;
-use luxmc::chain::Stage;
 use luxmc::estimators::direct::{SampleCost, one_light_sample};
 use luxmc::estimators::receiver::Receiver;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, Side};
+use luxmc::transport::World;
 
 use crate::common::scene_of;
 
@@ -49,8 +49,8 @@ fn shelves() -> Scene {
 }
 
 /// Centres of triangles and points beside them, on the floor, the walls and the shelves.
-fn places(scene: &Scene, stage: &Stage) -> Vec<(u32, [f64; 2])> {
-    let receives = |triangle: &u32| stage.receives(*triangle, Side::Front);
+fn places(scene: &Scene, world: &World) -> Vec<(u32, [f64; 2])> {
+    let receives = |triangle: &u32| world.receives(*triangle, Side::Front);
     let triangles = (0..scene.triangles.len() as u32).filter(receives).step_by(3);
     triangles.flat_map(|triangle| [[0.31, 0.33], [0.62, 0.07]].map(|at| (triangle, at))).collect()
 }
@@ -62,17 +62,17 @@ struct Looks {
 }
 
 /// Direct light at a point by light samples as walks take them.
-fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, count: u64) -> Looks {
-    let origin = stage.tracer.surface_origin(triangle, barycentric, Side::Front);
-    let normal = stage.normal(triangle, Side::Front);
-    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
+fn by_looks(world: &World, (triangle, barycentric): (u32, [f64; 2]), seed: u64, count: u64) -> Looks {
+    let origin = world.tracer.surface_origin(triangle, barycentric, Side::Front);
+    let normal = world.normal(triangle, Side::Front);
+    let receiver = Receiver { point_m: world.tracer.position_m(&origin), normal, origin: &origin };
     let mut stream = Stream::new(seed, Purpose::Direct, triangle, 0);
     let mut cut = Cut::default();
     let (mut sum, mut squares) = (0.0, 0.0);
     for index in 0..count {
         stream.seek(index);
         let sight =
-            one_light_sample(stage, (triangle, Side::Front), &receiver, SampleCost::Full, &mut cut, &mut stream);
+            one_light_sample(world, (triangle, Side::Front), &receiver, SampleCost::Full, &mut cut, &mut stream);
         let lx = sight.map_or(0.0, |sight| sight.direct_lx());
         sum += lx;
         squares += lx * lx;
@@ -88,7 +88,7 @@ fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, 
 fn cells_change_no_mean_and_take_variance_away() {
     const N: u64 = 40_000;
     let scene = shelves();
-    let [plain, with_cells] = [Stage::new(&scene), Stage::new(&scene)];
+    let [plain, with_cells] = [World::new(&scene), World::new(&scene)];
     with_cells.learn_selection_by_cell(MANY_RAYS);
     let map = with_cells.selection_by_cell().expect("most light is hidden");
     assert!(map.rays() as f64 <= 0.2 * MANY_RAYS, "{} rays", map.rays());
@@ -116,15 +116,15 @@ fn cells_change_no_mean_and_take_variance_away() {
 fn choices_in_cells_have_the_probabilities_reported() {
     const N: u32 = 50_000;
     let scene = shelves();
-    let stage = Stage::new(&scene);
-    stage.learn_selection_by_cell(MANY_RAYS);
-    let count = stage.emitters.list().len();
+    let world = World::new(&scene);
+    world.learn_selection_by_cell(MANY_RAYS);
+    let count = world.emitters.list().len();
     let mut cut = Cut::default();
     let mut strong = 0;
-    for (triangle, barycentric) in places(&scene, &stage) {
-        let origin = stage.tracer.surface_origin(triangle, barycentric, Side::Front);
-        let (point_m, normal): (DVec3, DVec3) = (stage.tracer.position_m(&origin), stage.normal(triangle, Side::Front));
-        let choices = stage.choices((triangle, Side::Front), point_m, normal, &mut cut);
+    for (triangle, barycentric) in places(&scene, &world) {
+        let origin = world.tracer.surface_origin(triangle, barycentric, Side::Front);
+        let (point_m, normal): (DVec3, DVec3) = (world.tracer.position_m(&origin), world.normal(triangle, Side::Front));
+        let choices = world.choices((triangle, Side::Front), point_m, normal, &mut cut);
         let mut counts = vec![0u32; count];
         for i in 0..N {
             if let Some((emitter, told)) = choices.choose((f64::from(i) + 0.5) / f64::from(N)) {
@@ -147,7 +147,7 @@ fn choices_in_cells_have_the_probabilities_reported() {
 /// A run of few rays, and a scene in which everything is visible, do not build the cells.
 #[test]
 fn nothing_is_looked_out_for_where_it_does_not_pay() {
-    let few = Stage::new(&shelves());
+    let few = World::new(&shelves());
     few.learn_selection_by_cell(1e4);
     assert!(few.selection_by_cell().is_none());
     let open = scene_of(
@@ -158,7 +158,7 @@ fn nothing_is_looked_out_for_where_it_does_not_pay() {
             { "name": "c", "type": "point", "position": [1,3,2], "luminous_flux_lm": 100 },
             { "name": "d", "type": "point", "position": [5,3,2], "luminous_flux_lm": 100 } ] }"#,
     );
-    let open = Stage::new(&open);
+    let open = World::new(&open);
     open.learn_selection_by_cell(MANY_RAYS);
     assert!(open.selection_by_cell().is_none());
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use glam::DVec3;
-use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::estimators::glare::sample_glare;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
+use luxmc::transport::World;
 
 use crate::common::Silent;
 
@@ -31,12 +31,12 @@ fn parts_without_a_position_index_are_work_too() {
             None,
             Path::new("."),
         );
-        let stage = Stage::new(&scene.expect("a scene"));
+        let world = World::new(&scene.expect("a scene"));
         let eye_m = DVec3::new(0.0, 0.0, 1.0);
-        let origin = stage.tracer.side_origin(eye_m, DVec3::X);
+        let origin = world.tracer.side_origin(eye_m, DVec3::X);
         let eye = Receiver { point_m: eye_m, normal: DVec3::X, origin: &origin };
         let mut sums = [0.0];
-        (sample_glare(&stage, &eye, &mut Stream::new(0, Purpose::Pilot, 0, 0), &mut sums), sums[0])
+        (sample_glare(&world, &eye, &mut Stream::new(0, Purpose::Pilot, 0, 0), &mut sums), sums[0])
     };
     let (overhead, ahead) = (panel(-2.1, 1.1), panel(3.0, 3.0));
     assert!(overhead.0 > 100 && overhead.1 == 0.0, "{overhead:?}");

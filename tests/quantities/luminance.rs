@@ -7,13 +7,13 @@ use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::glare::unified_glare_rating;
 use luxmc::base::position_index::position_index;
-use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::reflection::{LobeKind, Pair};
 use luxmc::scene::{Emission, ReceiverPoint, Scene};
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
+use luxmc::transport::World;
 
 use crate::common::{Silent, scene, slow, with_chains};
 
@@ -201,15 +201,15 @@ fn glossy_planes_shine_as_plain_paths_say() {
     const FAULT: f64 = 0.02;
     let walks = with_chains(&scene, 1, MapSelection::Receivers, 5 * (1 << 18));
     let local = by_method(&scene, Method::Local, 2, 1 << 16);
-    let stage = Stage::new(&scene);
-    let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().expect("a ball") / PI;
+    let world = World::new(&scene);
+    let ball_cd_m2 = world.emitters.list()[0].exitance_lm_m2().expect("a ball") / PI;
     let (mut mean, mut mean_square) = (0.0, 0.0f64);
     for (index, point) in scene.receivers[0].points.iter().enumerate() {
         let mut stream = Stream::new(77, Purpose::Pilot, index as u32, 0);
         let (mut sum, mut squares) = (0.0, 0.0);
         for path in 0..PATHS {
             stream.seek(path);
-            let luminance = ball_cd_m2 * backward_path(&stage, point, &mut stream);
+            let luminance = ball_cd_m2 * backward_path(&world, point, &mut stream);
             sum += luminance;
             squares += luminance * luminance;
         }
@@ -234,14 +234,14 @@ fn glossy_planes_shine_as_plain_paths_say() {
 }
 
 /// One backward path to the ball of radius 0.2 at (0, 0, 0.5). Returns its luminance divided by that of the ball.
-fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
-    let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
+fn backward_path(world: &World, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
+    let (mut origin, mut direction) = (world.tracer.free_origin(eye.position_m), eye.normal);
     let mut sum = 0.0;
-    while let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) {
-        let normal = stage.normal(hit.triangle, hit.side);
-        let bsdf = stage.bsdf(hit.triangle);
-        origin = stage.leave(&hit, LobeKind::Spread);
-        let offset = DVec3::new(0.0, 0.0, 0.5) - stage.tracer.position_m(&origin);
+    while let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) {
+        let normal = world.normal(hit.triangle, hit.side);
+        let bsdf = world.bsdf(hit.triangle);
+        origin = world.leave(&hit, LobeKind::Spread);
+        let offset = DVec3::new(0.0, 0.0, 0.5) - world.tracer.position_m(&origin);
         let one_minus_cos = 1.0 - (1.0 - 0.04 / offset.length_squared()).sqrt();
         let [u, v] = stream.pair();
         let cosine = 1.0 - u * one_minus_cos;
@@ -250,7 +250,7 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
         let (across, upright) = axis.any_orthonormal_pair();
         let (turn_sine, turn_cosine) = (2.0 * PI * v).sin_cos();
         let towards = cosine * axis + sine * (turn_cosine * across + turn_sine * upright);
-        if towards.dot(normal) > 0.0 && matches!(stage.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
+        if towards.dot(normal) > 0.0 && matches!(world.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
             let pair = Pair { normal, towards, leaving: -direction };
             sum += bsdf.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
         }

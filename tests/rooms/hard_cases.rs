@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use glam::DVec3;
-use luxmc::chain::{End, SURFACES_BETWEEN_CLOCKS, Stage};
 use luxmc::estimators::receiver::Receiver;
 use luxmc::estimators::walk::{MOST_RAYS_OF_A_WALK, sample_indirect_lx};
 use luxmc::maps::{Estimate, MapResult};
@@ -15,6 +14,7 @@ use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
+use luxmc::transport::{End, SURFACES_BETWEEN_CLOCKS, World};
 
 use crate::common::{Silent, scene_of, with_chains};
 
@@ -104,30 +104,30 @@ fn pilots_in_a_nearly_white_room_end_after_so_many_rays() {
 }
 
 /// A closed room of one reflectance, ready for rays.
-fn stage(reflectance: f64) -> Stage {
-    Stage::new(&scene(reflectance, &room("r", [0.0; 3], [1.0; 3], "paint"), &lamp([0.5, 0.5, 0.5]), ""))
+fn world(reflectance: f64) -> World {
+    World::new(&scene(reflectance, &room("r", [0.0; 3], [1.0; 3], "paint"), &lamp([0.5, 0.5, 0.5]), ""))
 }
 
 /// Rays of fifty chains, and how many of the chains are cut off.
-fn rays_of_chains(stage: &Stage) -> (Vec<u64>, usize) {
+fn rays_of_chains(world: &World) -> (Vec<u64>, usize) {
     let mut stream = Stream::new(7, Purpose::Chains, 0, 0);
     let chains = (0..50).map(|number| {
         stream.seek(number);
-        stage.trace_chain(0.5, &mut stream, |_| {})
+        world.trace_chain(0.5, &mut stream, |_| {})
     });
     let (ends, rays): (Vec<End>, Vec<u64>) = chains.unzip();
     (rays, ends.iter().filter(|end| **end == End::CutOff).count())
 }
 
 /// Rays of fifty walks from one point.
-fn rays_of_walks(stage: &Stage) -> Vec<u64> {
+fn rays_of_walks(world: &World) -> Vec<u64> {
     let mut stream = Stream::new(7, Purpose::Walks, 0, 0);
     let (point_m, normal) = (DVec3::new(0.3, 0.4, 0.2), DVec3::Z);
-    let origin = stage.tracer.side_origin(point_m, normal);
+    let origin = world.tracer.side_origin(point_m, normal);
     let receiver = Receiver { point_m, normal, origin: &origin };
     let walks = (0..50).map(|number| {
         stream.seek(number);
-        sample_indirect_lx(stage, &receiver, &mut Cut::default(), &mut stream).1
+        sample_indirect_lx(world, &receiver, &mut Cut::default(), &mut stream).1
     });
     walks.collect()
 }
@@ -140,7 +140,7 @@ fn most(rays: &[u64]) -> u64 {
 /// is over, they meet no more than there are between two readings of the clock. Paths in usual rooms do not change.
 #[test]
 fn paths_of_thousands_of_surfaces_end_once_time_is_over() {
-    let white = stage(0.9995);
+    let white = world(0.9995);
     let (chains, cut) = rays_of_chains(&white);
     assert!(most(&chains) > 4 * SURFACES_BETWEEN_CLOCKS && cut == 0, "{chains:?}, {cut} cut off");
     let walks = most(&rays_of_walks(&white));
@@ -155,7 +155,7 @@ fn paths_of_thousands_of_surfaces_end_once_time_is_over() {
     assert!(walks <= 2 * SURFACES_BETWEEN_CLOCKS, "{walks}");
     assert!(white.patience.walks_given_up() > 25);
 
-    let usual = stage(0.7);
+    let usual = world(0.7);
     let before = rays_of_walks(&usual);
     usual.patience.end_at(Instant::now());
     assert_eq!(before, rays_of_walks(&usual));

@@ -1,10 +1,10 @@
 //! Survey samples of one emitter from a receiver. An emitter that is seen partly gets more of them.
 
 use super::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
-use crate::chain::Stage;
 use crate::estimators::receiver::Receiver;
 use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
+use crate::transport::World;
 
 /// Number of light samples for which each outcome, visible and hidden, counts before the first one (a prior). It applies if the samples are
 /// too few to be stratified.
@@ -30,7 +30,7 @@ const OFF_EDGE: f64 = 0.2;
 
 /// Survey of one emitter.
 pub struct Survey<'a> {
-    stage: &'a Stage,
+    world: &'a World,
     receiver: &'a Receiver<'a>,
     emitter: &'a Emitter,
     number: u32,
@@ -45,14 +45,14 @@ pub struct Survey<'a> {
 impl<'a> Survey<'a> {
     /// Prepares the survey of an emitter.
     pub fn new(
-        stage: &'a Stage,
+        world: &'a World,
         receiver: &'a Receiver<'a>,
         emitter: &'a Emitter,
         number: u32,
         importance: f64,
         stream: &'a mut Stream,
     ) -> Survey<'a> {
-        Survey { stage, receiver, emitter, number, importance, stream, view: None, rays: 0 }
+        Survey { world, receiver, emitter, number, importance, stream, view: None, rays: 0 }
     }
 
     /// Surveys an emitter and adds its expectation to `found`. `total_lx` is the illuminance that all emitters may give, and `seen_lx` the
@@ -163,7 +163,7 @@ impl<'a> Survey<'a> {
             return 0.0;
         };
         self.rays += 1;
-        sample.unshadowed_lx * self.stage.seen_share(&sample, self.receiver.origin)
+        sample.unshadowed_lx * self.world.seen_share(&sample, self.receiver.origin)
     }
 }
 

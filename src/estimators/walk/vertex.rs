@@ -4,7 +4,6 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{Mirrors, PointAndNormal, Stage, TriangleSide};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
@@ -13,6 +12,7 @@ use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
+use crate::transport::{Mirrors, PointAndNormal, TriangleSide, World};
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
 /// been reflected once more than that of the receiver's own search.
@@ -41,7 +41,7 @@ pub(super) struct LobeRay {
 /// Take a lobe f and an emitter of luminance L that gives illuminance E and is chosen with probability p. A light sample draws the
 /// direction with density p L cos θ/E, and the ray draws it with density f cos θ. The ray's share is z/(1 + z), z = f E/(p L).
 pub(super) fn met_lm_m2(
-    stage: &Stage,
+    world: &World,
     departure: &Departure,
     trail: &Option<Trail>,
     met: impl Iterator<Item = u32>,
@@ -49,17 +49,17 @@ pub(super) fn met_lm_m2(
 ) -> f64 {
     let mut sum_lm_m2 = 0.0;
     for index in met {
-        let emitter = &stage.emitters.list()[index as usize];
+        let emitter = &world.emitters.list()[index as usize];
         let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
         let share = match departure {
             Departure::Seen => 0.0,
-            Departure::Mirrored => match (trail, &stage.mirrors) {
-                (Some(trail), Some(mirrors)) => trail.share_of_ray(stage, mirrors, index),
+            Departure::Mirrored => match (trail, &world.mirrors) {
+                (Some(trail), Some(mirrors)) => trail.share_of_ray(world, mirrors, index),
                 _ => 1.0,
             },
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
-                let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
+                let probability = world.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
                 let looked = probability * exitance_lm_m2 / PI;
                 let rayed = ray.lobe_per_sr * unshadowed_lx;
                 if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }
@@ -72,7 +72,7 @@ pub(super) fn met_lm_m2(
 
 /// A point where a walk met a surface that scatters.
 pub(super) struct Vertex<'a> {
-    pub stage: &'a Stage,
+    pub world: &'a World,
     pub hit: &'a SurfaceHit,
     /// The side of a triangle at which light samples are taken.
     pub spot: TriangleSide,
@@ -106,7 +106,7 @@ impl Vertex<'_> {
             CacheAnswer::Stop => (Some(0.0), rays),
             CacheAnswer::End(known_lx) => {
                 // The cached illuminance includes the images in mirrors.
-                let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
+                let sight = one_light_sample(self.world, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
                 let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
                 (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
             }
@@ -121,18 +121,18 @@ impl Vertex<'_> {
         scattered: &Scattered,
         (trail, departure): (Option<Trail>, Departure),
     ) -> (Option<Trail>, Departure) {
-        let Vertex { stage, normal, direction, .. } = *self;
+        let Vertex { world, normal, direction, .. } = *self;
         let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
         match scattered.lobe {
             LobeKind::Glossy => {
-                let point_m = stage.tracer.position_m(self.origin);
+                let point_m = world.tracer.position_m(self.origin);
                 let lobe_per_sr = bsdf.lobe_per_sr(&pair);
-                let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
+                let trail = trail_from(world, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
                 (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
             }
             LobeKind::Mirrored => {
                 let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
-                let facet = stage.mirrors.as_ref().and_then(facet);
+                let facet = world.mirrors.as_ref().and_then(facet);
                 let on = |trail: Trail| trail.mirrored(facet, bsdf.mirror_share(normal.dot(direction)));
                 (trail.and_then(on), Departure::Mirrored)
             }
@@ -142,13 +142,13 @@ impl Vertex<'_> {
             }
             LobeKind::Spread | LobeKind::SpreadThrough => {
                 let side = if scattered.lobe == LobeKind::SpreadThrough { -normal } else { normal };
-                let trail = trail_from(stage, ON_THE_WAY, || {
+                let trail = trail_from(world, ON_THE_WAY, || {
                     let spread_per_sr = match bsdf {
                         // Only one side, chosen at random, searches for areas: both count by their shares.
                         Bsdf::Translucent(bsdf) => bsdf.total(1.0) * FRAC_1_PI,
                         bsdf => bsdf.spread_per_sr(&pair),
                     };
-                    (stage.tracer.position_m(self.origin), side, spread_per_sr)
+                    (world.tracer.position_m(self.origin), side, spread_per_sr)
                 });
                 (trail, Departure::Seen)
             }
@@ -156,16 +156,16 @@ impl Vertex<'_> {
     }
 
     pub fn receiver(&self) -> Receiver<'_> {
-        Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
+        Receiver { point_m: self.world.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
     /// Direct light of a light sample in lx, without the share that the light-path connection has found.
     #[inline]
     fn direct_lx(&self, sight: &Sight) -> f64 {
-        let share = match (&self.stage.near_luminaires, self.connected_from) {
+        let share = match (&self.world.near_luminaires, self.connected_from) {
             (Some(lights), Some(from)) => {
-                let place = (self.stage.tracer.position_m(self.origin), self.normal);
-                lights.share_of_light_sample(self.stage, sight.index, place, self.seen, from)
+                let place = (self.world.tracer.position_m(self.origin), self.normal);
+                lights.share_of_light_sample(self.world, sight.index, place, self.seen, from)
             }
             _ => 1.0,
         };
@@ -185,19 +185,19 @@ impl Vertex<'_> {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
-            true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
+            true => one_light_sample(self.world, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
             false => None,
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
             let counted_lm_m2 = direct * self.direct_lx(&sight);
-            if self.connected_from.is_some() && self.stage.is_near(sight.index) {
+            if self.connected_from.is_some() && self.world.is_near(sight.index) {
                 let lm_m2 = direct * sight.direct_lx();
                 tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
             }
             (counted_lm_m2, 1)
         });
         let (mirrored_lm_m2, mirrored_rays) =
-            in_mirrors_lx(self.stage, &self.receiver(), ON_THE_WAY, responses, cut, stream);
+            in_mirrors_lx(self.world, &self.receiver(), ON_THE_WAY, responses, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
@@ -212,7 +212,7 @@ impl Vertex<'_> {
         if stream.unit() * bsdf.total(1.0) < bsdf.reflectance {
             return self.spread_lm_m2(bsdf.total(1.0), shares, |_| (), cut, stream);
         }
-        let behind = self.stage.leave(self.hit, LobeKind::SpreadThrough);
+        let behind = self.world.leave(self.hit, LobeKind::SpreadThrough);
         let (triangle, side) = self.spot;
         Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
             bsdf.total(1.0),
@@ -240,8 +240,8 @@ impl Vertex<'_> {
             let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
-        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
-        let Some(sight) = one_light_sample(self.stage, self.spot, &receiver, SampleCost::Full, cut, stream) else {
+        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.world, &receiver, ON_THE_WAY, responses, cut, stream);
+        let Some(sight) = one_light_sample(self.world, self.spot, &receiver, SampleCost::Full, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);
@@ -265,8 +265,8 @@ pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
 /// The trail of a ray from a point that searches for areas in mirrors with a probability of `chance`. `None` if there are none. Only if
 /// there are some, `start` computes the point, its normal, and the ray's density per sr and over the cosine.
 #[inline]
-pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
-    let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
+pub fn trail_from(world: &World, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
+    let looks = world.mirrors.as_ref().is_some_and(Mirrors::walks_look);
     looks.then(|| {
         let (point_m, normal, ray_per_sr) = start();
         Trail::from(point_m, normal, ray_per_sr, chance)
@@ -277,39 +277,39 @@ pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DV
 /// `chance`, and share their light with the rays of [`trail_from`].
 #[inline]
 pub fn in_mirrors_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     chance: f64,
     responses: impl Fn(DVec3) -> [ImageResponse; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Some(mirrors) = &stage.mirrors else {
+    let Some(mirrors) = &world.mirrors else {
         return (0.0, 0);
     };
     let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
-    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
+    let (points_lx, point_rays) = look_into_mirrors(world, mirrors, receiver, to_points, cut, stream);
     if !mirrors.walks_look() {
         return (points_lx, point_rays);
     }
-    let (areas_lx, area_rays) = look_for_areas_beside_rays(stage, mirrors, receiver, chance, responses, stream);
+    let (areas_lx, area_rays) = look_for_areas_beside_rays(world, mirrors, receiver, chance, responses, stream);
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
-/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLuminaires`]. The cache
+/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::transport::NearLuminaires`]. The cache
 /// is informed of its weight in the walk.
 #[inline]
 pub(super) fn from_near_luminaires_lx(
-    stage: &Stage,
+    world: &World,
     receiver: &Receiver,
     weight: f64,
     cache: &mut impl Cache,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Some(lights) = &stage.near_luminaires else {
+    let Some(lights) = &world.near_luminaires else {
         return (0.0, 0);
     };
-    let found = lights.connect_to_packet(stage, (receiver.point_m, receiver.normal), receiver.origin, stream);
+    let found = lights.connect_to_packet(world, (receiver.point_m, receiver.normal), receiver.origin, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
     (found.lx, found.rays)
 }

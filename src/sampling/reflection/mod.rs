@@ -6,7 +6,7 @@
 //! of all BSDFs is in this file, in one place: the call of `bsdfs!`.
 //!
 //! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor keeps all of its flux. (Walks
-//! carry weights from diffuse surfaces: see [`crate::chain::Roulette`].)
+//! carry weights from diffuse surfaces: see [`crate::transport::Roulette`].)
 
 mod blinn;
 mod diffuse;

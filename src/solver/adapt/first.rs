@@ -222,20 +222,20 @@ impl Cutting {
                 return 0;
             }
             let index = range.start + place;
-            let element = Element::of(context.stage, context.scene, elements, index as u32);
+            let element = Element::of(context.world, context.scene, elements, index as u32);
             let mut pass = DirectPass::default();
             let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
             let mut rays = 0;
             let look = |point: usize| {
                 stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
-                let at = element.draw(context.stage, &mut stream);
-                let seen = pass.sample_twice_at(context.stage, &element, at, &mut stream);
+                let at = element.draw(context.world, &mut stream);
+                let seen = pass.sample_twice_at(context.world, &element, at, &mut stream);
                 rays += seen.rays;
                 // A point that receives light is not hidden by contact.
                 if seen.samples_lx.iter().any(|lx| *lx > 0.0) {
                     return Some(seen);
                 }
-                let (in_contact, tested_rays) = element.is_in_contact(context.stage, at, &mut stream);
+                let (in_contact, tested_rays) = element.is_in_contact(context.world, at, &mut stream);
                 rays += tested_rays;
                 (!in_contact).then_some(seen)
             };

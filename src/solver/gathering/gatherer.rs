@@ -35,7 +35,7 @@ impl Gatherer<'_> {
         range: Range<u64>,
     ) -> u64 {
         let Starts { context, number: map, .. } = self.starts;
-        let stage = context.stage;
+        let world = context.world;
         let room = || (Stream::new(context.seed, Purpose::CellFills, map, half), Cut::default());
         let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
         let found: Vec<(Option<CellPlace>, u64)> = numbers
@@ -49,7 +49,7 @@ impl Gatherer<'_> {
                 if start.weight == 0.0 {
                     return (None, start.rays);
                 }
-                let (met, rays) = look_for_place(stage, &start.receiver(), guide.density_at(entry), cut, stream);
+                let (met, rays) = look_for_place(world, &start.receiver(), guide.density_at(entry), cut, stream);
                 (met, start.rays + rays)
             })
             .collect();
@@ -57,7 +57,7 @@ impl Gatherer<'_> {
         let places = found.into_iter().filter_map(|(met, _)| met);
         // Samples are numbered across all maps.
         let stream = || Stream::new(context.seed, Purpose::Cells, 0, half);
-        rays + fill_cells(stage, cells, most_samples, places, stream)
+        rays + fill_cells(world, cells, most_samples, places, stream)
     }
 
     /// Traces the gathering rays of one replica, whose values count. Returns the rays.
@@ -69,7 +69,7 @@ impl Gatherer<'_> {
         range: Range<u64>,
     ) -> u64 {
         let Starts { context, number: map, .. } = self.starts;
-        let stage = context.stage;
+        let world = context.world;
         let mut stream = Stream::new(context.seed, Purpose::CellRays, map, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
@@ -83,7 +83,7 @@ impl Gatherer<'_> {
                     (at, rays) = (start.at, rays + start.rays);
                     if start.weight > 0.0 {
                         let density = guide.density_at(entry);
-                        let found = gather(stage, grid, &start.receiver(), density, &mut cut, &mut stream);
+                        let found = gather(world, grid, &start.receiver(), density, &mut cut, &mut stream);
                         plain_lx = start.weight * found.plain_lx;
                         let weighted =
                             |term: PendingTerm| PendingTerm { factor: start.weight as f32 * term.factor, ..term };
@@ -113,7 +113,7 @@ impl Gatherer<'_> {
         range: Range<u64>,
     ) -> u64 {
         let Starts { context, number: map, .. } = self.starts;
-        let stage = context.stage;
+        let world = context.world;
         let mut stream = Stream::new(context.seed, Purpose::Residuals, map, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
@@ -128,7 +128,7 @@ impl Gatherer<'_> {
                     if start.weight > 0.0 {
                         let note = |term: PendingTerm| pending.push(term);
                         let drawn = (start.weight, guide.density_at(entry));
-                        let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, note);
+                        let walked = residual_walk(world, grid, &start.receiver(), drawn, &mut cut, &mut stream, note);
                         (plain_lx, bin, rays) = (walked.plain_lx, walked.bin, rays + walked.rays);
                     }
                 }

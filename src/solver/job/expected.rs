@@ -49,7 +49,7 @@ impl Job {
     pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let rays = self.rays_without_gathering(context, error_lx);
         let choosing =
-            if context.stage.would_learn_selection_by_cell(rays) { 0.0 } else { self.costs.indirect.choosing };
+            if context.world.would_learn_selection_by_cell(rays) { 0.0 } else { self.costs.indirect.choosing };
         self.without_gathering(context, error_lx, self.costs.indirect.work() + choosing)
     }
 

@@ -144,7 +144,7 @@ impl Job {
         let mean_lx = self.mean_without_gathering_lx();
         let indirect = self.costs.indirect.variance_lx2 * self.costs.indirect.rays * self.map.len() as f64;
         let direct = self.costs.direct.variance_lx2 * self.costs.direct.rays * self.map.len() as f64;
-        let rays = self.all_rays() + context.stage.selection_rays();
+        let rays = self.all_rays() + context.world.selection_rays();
         let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean_lx;
         (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
     }

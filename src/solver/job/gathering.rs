@@ -114,7 +114,7 @@ fn next_of(progress: &GatheringProgress, goal: &GatheringGoal) -> Option<Activit
 impl Job {
     /// Whether cells can give all light of the map. They cannot give what an eye sees, nor light on elements that only chains find.
     pub fn can_gather(&self, context: &Context) -> bool {
-        let finds_all = self.kind != MapKind::Elements || context.stage.paths_not_found.is_empty();
+        let finds_all = self.kind != MapKind::Elements || context.world.paths_not_found.is_empty();
         let counts = self.weights.iter().any(|weight| *weight > 0.0);
         finds_all && counts && !self.black && !self.is_seen(context)
     }
@@ -129,7 +129,7 @@ impl Job {
         };
         if let Some((target_error, contact_free)) = adapts_to {
             let elements = (COARSE_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_COARSE);
-            let edge_m = (2.0 * context.stage.area_m2 / elements).sqrt();
+            let edge_m = (2.0 * context.world.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
             self.adapting.coarse = Some(CoarseElements::first(
                 context,
@@ -176,7 +176,7 @@ impl Job {
         let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
-        let looks_out = context.stage.would_learn_selection_by_cell(rays);
+        let looks_out = context.world.would_learn_selection_by_cell(rays);
         let choosing = if looks_out { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // If a look is cheap relative to walks it is taken: it shows more than the pilot of walks can.

@@ -21,8 +21,8 @@ impl Job {
     pub fn to_merge(context: &Context, kind: MapKind, bound: bool, engine: Engine, counts_packets: bool) -> Job {
         let (mut map, weights, elements) = match kind {
             MapKind::Elements => {
-                let (map, weights) = super::element_map(context, &context.stage.elements, None);
-                (map, weights, context.stage.elements.clone())
+                let (map, weights) = super::element_map(context, &context.world.elements, None);
+                (map, weights, context.world.elements.clone())
             }
             MapKind::Receivers(set) => {
                 let (map, weights) = super::receiver_map(context, set);

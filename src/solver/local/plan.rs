@@ -111,7 +111,7 @@ pub(super) fn plan(
     };
     let (whole, mean) = walks(&anchors, 0.0);
     let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
-    anchors.set_levels(context.stage, mean_level_lx);
+    anchors.set_levels(context.world, mean_level_lx);
     let mut pilot = Pilot::new(context, set, &anchors, &Extent::of(at_stake, traced));
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
@@ -167,7 +167,7 @@ pub(super) fn plan(
 fn ratio_and_bound(context: &Context, walk_rays: f64, chain_rays: f64) -> [f64; 2] {
     let ratio = walk_rays / (WALKS_PER_CHAIN * chain_rays);
     let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND).log2().round().exp2();
-    [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.stage.emitters.luminous_flux_lm()]
+    [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.world.emitters.luminous_flux_lm()]
 }
 
 /// Chains that enter no result, with the connections between their vertices and the anchors of some entries.
@@ -242,7 +242,7 @@ fn trace_chains(context: &Context, set: usize, anchors: &Anchors, extent: &Exten
     while !is_done(chains.len(), rays, vertex_count) {
         let mut vertices = Vec::new();
         let (chain, batch) = (chains.len() / BATCHES, chains.len() % BATCHES);
-        rays += trace(anchors, context.stage, chain as u64, &mut streams[batch], &mut vertices);
+        rays += trace(anchors, context.world, chain as u64, &mut streams[batch], &mut vertices);
         vertex_count += vertices.len();
         chains.push(vertices);
     }
@@ -262,7 +262,7 @@ fn transmittances(
     seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(vertices).for_each(|((seen, pairs), vertex)| {
         for ((seen, [kernel, spread]), anchor) in seen.iter_mut().zip(pairs).zip(sampled) {
             if kernel * spread > 0.0 {
-                *seen = anchors.transmittance(context.stage, anchor.number, vertex);
+                *seen = anchors.transmittance(context.world, anchor.number, vertex);
             }
         }
     });
@@ -271,7 +271,7 @@ fn transmittances(
 
 impl Pilot {
     fn new(context: &Context, set: usize, anchors: &Anchors, extent: &Extent) -> Pilot {
-        let stage = context.stage;
+        let world = context.world;
         let points = &context.scene.receivers[set].points;
         let (chains, path_rays) = trace_chains(context, set, anchors, extent);
         let vertices: Vec<&ChainVertex> = chains.iter().flatten().collect();
@@ -280,7 +280,7 @@ impl Pilot {
         let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
         let sampled = PilotAnchor::of_entries(anchors, &entries);
         let kernels =
-            |vertex| sampled.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex));
+            |vertex| sampled.iter().map(move |anchor| anchors.kernel_and_spread(world, anchor.number, vertex));
         let pairs: Vec<[f64; 2]> = vertices.par_iter().flat_map_iter(|vertex| kernels(*vertex)).collect();
         let seen =
             if extent.traced { transmittances(context, anchors, &sampled, &vertices, &pairs) } else { Vec::new() };
@@ -289,7 +289,7 @@ impl Pilot {
         Pilot {
             path_rays: path_rays as f64 / chains.len() as f64,
             chains,
-            flux_lm: stage.emitters.luminous_flux_lm(),
+            flux_lm: world.emitters.luminous_flux_lm(),
             anchors: sampled,
             weights: entries.iter().map(|entry| points[*entry].weight).collect(),
             share_inverse: points.len() as f64 / entries.len().max(1) as f64,
@@ -466,7 +466,7 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartV
             }
             done += 1;
             stream.seek(entry as u64 * WALKS + walk);
-            let (value, rays) = anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
+            let (value, rays) = anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
             sum += value;
             squares += value * value;
             rays_of_site += rays;

@@ -74,7 +74,7 @@ pub fn walks_from_points(
         return shared_walks(context, &walks, groups, map, (points, passes));
     }
     let PointWalks { set, number, allotment, .. } = walks;
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let (world, quantity) = (context.world, context.scene.receivers[set].quantity);
     let receivers = &context.scene.receivers[set].points;
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);
@@ -98,7 +98,7 @@ pub fn walks_from_points(
             if point.inside {
                 continue;
             }
-            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let origin = world.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
             let walks = allotment.of(entry);
@@ -106,7 +106,7 @@ pub fn walks_from_points(
                 let mut found_lx = 0.0;
                 for walk in pass * walks..(pass + 1) * walks {
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
-                    let (lx, walk_rays) = sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream);
+                    let (lx, walk_rays) = sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
                     found_lx += lx;
                     rays += walk_rays;
                 }
@@ -130,7 +130,7 @@ fn shared_walks(
     (points, passes): (Range<usize>, Range<u64>),
 ) -> u64 {
     let PointWalks { set, number, allotment, sharing, expected_lx, .. } = *walks;
-    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
+    let (world, receivers) = (context.world, &context.scene.receivers[set]);
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);
     let groups = groups.within(points);
@@ -144,7 +144,7 @@ fn shared_walks(
         let mut stream = Stream::new(context.seed, Purpose::Walks, number, *replica as u32);
         let (mut sums_lx, mut found_lx) = (Vec::new(), Vec::new());
         for group in *groups {
-            let neighbours = Neighbour::group(stage, receivers, group);
+            let neighbours = Neighbour::group(world, receivers, group);
             let weights = group.iter().map(|entry| *entry as usize);
             let mut group_scores =
                 scores.of_group(weights.map(|entry| (receivers.points[entry].weight, levels.of(entry))));
@@ -157,8 +157,8 @@ fn shared_walks(
                     let (entry, walk) = (group[neighbour] as usize, pass * walks + walk);
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
                 };
-                rays += shared.sample(stage, &neighbours, (walks, sharing), (&mut cut, &mut stream), seek);
-                shared.scores_lx(stage, (0..group.len(), sharing), level.mean_lx(), &mut found_lx);
+                rays += shared.sample(world, &neighbours, (walks, sharing), (&mut cut, &mut stream), seek);
+                shared.scores_lx(world, (0..group.len(), sharing), level.mean_lx(), &mut found_lx);
                 level.add(&found_lx);
                 sums_lx[first..].iter_mut().zip(&found_lx).for_each(|(sum_lx, lx)| *sum_lx += lx);
                 group_scores.add(&found_lx);

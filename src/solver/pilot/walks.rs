@@ -7,7 +7,6 @@ use super::{
     sites_of,
 };
 use crate::base::scattered::scattered;
-use crate::chain::Stage;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::sample_reflected_lx;
@@ -18,6 +17,7 @@ use crate::scene::{Quantity, ReceiverPoint};
 use crate::solver::context::Context;
 use crate::solver::pace::TimeLeft;
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
+use crate::transport::World;
 
 /// Approximate number of points in groups that the pilot samples; walks of all of them together; and fewest walks at each. The most walks
 /// at each is `WALKS`, unless points are few.
@@ -43,11 +43,11 @@ const MOST_RAYS_THAT_COUNT: f64 = 5.0;
 
 /// The ways in which points can share. Each point counts for itself, or 2, 4, 8 or 16 points share, with a level or without. If luminaires
 /// are near surfaces, points may share their spots as well.
-fn ways(stage: &Stage) -> Vec<Sharing> {
+fn ways(world: &World) -> Vec<Sharing> {
     let mut ways = vec![Sharing::default()];
     let mut neighbours = 2;
     while neighbours <= MOST_NEIGHBOURS {
-        for shares_spots in [false, true].into_iter().filter(|shares| !shares || stage.near_luminaires.is_some()) {
+        for shares_spots in [false, true].into_iter().filter(|shares| !shares || world.near_luminaires.is_some()) {
             ways.extend([false, true].map(|is_levelled| Sharing { neighbours, is_levelled, shares_spots }));
         }
         neighbours *= 2;
@@ -105,11 +105,11 @@ fn by_more_walks(
 
 /// Measures `walks` walks from each of some points, with the random numbers of part `part`.
 fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let (world, quantity) = (context.world, context.scene.receivers[set].quantity);
     let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut cut = Cut::default();
         let mut site = Sites::default();
-        site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+        site.add(context, weight, walks, || sample_reflected_lx(world, quantity, receiver, &mut cut, stream));
         site.weighed = cut.weighed as f64;
         site
     };
@@ -140,11 +140,11 @@ fn groups_of(points: &[ReceiverPoint]) -> Vec<Vec<u32>> {
 /// Measures `walks` walks from each point of some groups of neighbours. The same walks give the cost for each point alone and for groups of
 /// fewer or more neighbours that share them.
 fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> IndirectCost {
-    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
+    let (world, receivers) = (context.world, &context.scene.receivers[set]);
     let number = MapKind::Receivers(set).number();
-    let ways = ways(stage);
+    let ways = ways(world);
     let walk_from = |group: &Vec<u32>| {
-        let neighbours = Neighbour::group(stage, receivers, group);
+        let neighbours = Neighbour::group(world, receivers, group);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
         let (mut cut, mut passes, mut rays) = (Cut::default(), Vec::new(), 0);
         while (passes.len() as u64) < walks {
@@ -153,7 +153,7 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
                 stream.seek(u64::from(group[neighbour]) << 32 | pass);
             };
             let mut shared = SharedWalks::default();
-            rays += shared.sample(stage, &neighbours, (1, ALL), (&mut cut, &mut stream), seek);
+            rays += shared.sample(world, &neighbours, (1, ALL), (&mut cut, &mut stream), seek);
             passes.push(shared);
             if passes.len() as u64 >= FEWEST_WALKS && (rays > ENOUGH_RAYS || context.is_over()) {
                 break;
@@ -171,7 +171,7 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
                 .iter()
                 .flat_map(|shared| halved(group.len(), sharing.neighbours).into_iter().map(move |part| (shared, part)))
             {
-                shared.scores_lx(stage, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
+                shared.scores_lx(world, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
                 for ([sum, squares], lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
                     *sum += lx;
                     *squares += lx * lx;
@@ -219,10 +219,10 @@ mod tests {
     #[test]
     fn a_pilot_takes_its_share_of_the_work() {
         let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
             let time_left = &move || time_left;
-            let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &stage, 3) };
+            let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &world, 3) };
             indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean_lx).shared
         };
         let anyway = cost(0.01, TimeLeft::Enough, None).pilot_rays;

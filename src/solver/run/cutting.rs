@@ -38,12 +38,12 @@ mod tests {
     use super::super::observer::Observer;
     use super::super::progress::Progress;
     use super::*;
-    use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::scene::Scene;
     use crate::solver::context::Context;
     use crate::solver::job::Job;
     use crate::solver::{Method, Settings};
+    use crate::transport::World;
 
     const TARGET: f64 = 0.02;
 
@@ -79,13 +79,13 @@ mod tests {
 
     fn with_run<T>(look: impl FnOnce(&mut Run, &Recorder) -> T) -> T {
         let scene = room();
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let settings = Settings { target_error: Some(TARGET), ..Settings::default() };
         let context = Context {
             target_error: TARGET,
             adapt_to: Some(TARGET),
             method: Method::Auto,
-            ..Context::of_a_test(&scene, &stage, 0)
+            ..Context::of_a_test(&scene, &world, 0)
         };
         let recorder = Recorder::default();
         let mut run = Run::new(&context, &settings, Some(TARGET), &recorder, u64::MAX);

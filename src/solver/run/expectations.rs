@@ -6,7 +6,7 @@ use super::requests::{adapts, choose_jobs};
 use super::state::{Run, SHARE_OF_MEMORY};
 use crate::base::memory::limit_bytes;
 use crate::control::Forecast;
-use crate::estimators::roulette::stage_for_walks;
+use crate::estimators::roulette::world_for_walks;
 use crate::scene::Scene;
 use crate::solver::context::Context;
 use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
@@ -49,7 +49,7 @@ pub fn expectations(
     targets: &[f64],
     observer: &dyn Observer,
 ) -> Vec<Expectation> {
-    let stage = stage_for_walks(scene);
+    let world = world_for_walks(scene);
     let time_left = || if observer.is_interrupted() { TimeLeft::LongOver } else { TimeLeft::Enough };
     let mut expected = Vec::new();
     for (method, target) in methods.iter().flat_map(|method| targets.iter().map(move |target| (*method, *target))) {
@@ -60,12 +60,12 @@ pub fn expectations(
             Settings { method, target_error: Some(target), chains: None, time_limit_s: None, ..settings.clone() };
         let context = Context {
             scene,
-            stage: &stage,
+            world: &world,
             seed: settings.seed,
             method,
             target_error: target,
             to_target: true,
-            adapt_to: adapts(&settings, &stage).then_some(target),
+            adapt_to: adapts(&settings, &world).then_some(target),
             time_left: &time_left,
             pace: Pace::within(PACE_S),
         };

@@ -28,19 +28,19 @@ impl Run<'_> {
             spending: self.spending,
             clock: self.clock,
             target_error: self.target_error,
-            selection_by_cell: self.context.stage.selection_by_cell(),
+            selection_by_cell: self.context.world.selection_by_cell(),
             wall_s: self.observer.wall_s(),
         }
     }
 
     /// Resumes from a stored state. If the target has changed, maps that were judged are judged anew.
     pub(super) fn take_up(&mut self, kept: KeptRun) {
-        let stage = self.context.stage;
-        stage.take_selection_by_cell(kept.selection_by_cell);
+        let world = self.context.world;
+        world.take_selection_by_cell(kept.selection_by_cell);
         (self.jobs, self.sets, self.most_bytes_of_cells) = (kept.jobs, kept.sets, kept.most_bytes_of_cells);
         (self.convergence, self.spending, self.clock) = (kept.convergence, kept.spending, kept.clock);
         for job in &mut self.jobs {
-            job.take_numbering(&stage.elements);
+            job.take_numbering(&world.elements);
             if job.met {
                 job.run_checks(self.target_error);
             }

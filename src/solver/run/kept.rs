@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
 use super::progress::Progress;
-use crate::chain::SelectionByCell;
 use crate::solver::gathering::CellSets;
 use crate::solver::job::Job;
 use crate::solver::spending::Spending;
 use crate::solver::{ConvergenceRow, StopReason};
+use crate::transport::SelectionByCell;
 
 /// Stores a run's state from time to time.
 pub trait Keeper: Sync {

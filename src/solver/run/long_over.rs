@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::observer::Observer;
-use crate::chain::Stage;
 use crate::solver::Settings;
+use crate::transport::World;
 
 /// A map that shows nothing yet is worked on until this factor times the limit, plus this many seconds, have passed.
 pub const LONG_OVER: f64 = 1.1;
@@ -17,13 +17,13 @@ pub fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
 
 /// Sets the time after which long paths are given up: a single path may take longer than all the time that a limit leaves. A clock that
 /// stands still ends nothing.
-pub fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
+pub fn give_up_long_paths(world: &World, settings: &Settings, wall_s: f64) {
     let Some(limit_s) = settings.time_limit_s.filter(|_| wall_s > 0.0) else {
         return;
     };
     let left = Duration::try_from_secs_f64(patience_s(Some(limit_s), wall_s)).ok();
     if let Some(time) = left.and_then(|left| Instant::now().checked_add(left)) {
-        stage.patience.end_at(time);
+        world.patience.end_at(time);
     }
 }
 

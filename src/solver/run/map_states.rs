@@ -148,11 +148,11 @@ mod tests {
     use super::super::progress::Progress;
     use super::super::state::Run;
     use super::*;
-    use crate::chain::Stage;
     use crate::check::scene_from_json;
     use crate::sampling::random::{Purpose, Stream};
     use crate::solver::context::Context;
     use crate::solver::{MapSelection, Method, Settings};
+    use crate::transport::World;
 
     /// The stored states equal those from an evaluation of all maps: 2,000 changes of 40 maps (seed 4).
     #[test]
@@ -226,14 +226,14 @@ mod tests {
             points.join(",")
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let settings = Settings {
             method: Method::Collision,
             target_error: Some(0.1),
             maps: MapSelection::Receivers,
             ..Settings::default()
         };
-        let context = Context { target_error: 0.1, ..Context::of_a_test(&scene, &stage, 0) };
+        let context = Context { target_error: 0.1, ..Context::of_a_test(&scene, &world, 0) };
         let observer = Counting::default();
         let mut run = Run::new(&context, &settings, Some(0.1), &observer, 0);
         run.begin();

@@ -55,7 +55,7 @@ impl Run<'_> {
     /// All rays so far.
     pub(super) fn all_rays(&self) -> u64 {
         let sum = || self.jobs.iter().map(Job::all_rays).sum::<u64>();
-        self.context.stage.selection_rays() + self.map_states.all_rays().unwrap_or_else(sum)
+        self.context.world.selection_rays() + self.map_states.all_rays().unwrap_or_else(sum)
     }
 
     /// Order of a map's turn, lowest first: the share of its work that is done if that can be forecast, else one half. A first look takes

@@ -1,20 +1,20 @@
 //! Which maps a run makes, and on which elements.
 
 use crate::base::memory::limit_bytes;
-use crate::chain::{NearLuminaires, Stage};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 use crate::solver::adapt::most_that_adapt;
 use crate::solver::context::Context;
 use crate::solver::job::Job;
 use crate::solver::{ElementChoice, MapSelection, Settings};
+use crate::transport::{NearLuminaires, World};
 
 /// Whether elements adapt. They stay means if a luminaire nearly touches a surface, since no slope shows its spot, and if there are very
 /// many elements.
-pub fn adapts(settings: &Settings, stage: &Stage) -> bool {
+pub fn adapts(settings: &Settings, world: &World) -> bool {
     settings.elements == ElementChoice::Adaptive
-        && !stage.near_luminaires.as_ref().is_some_and(NearLuminaires::touch)
-        && stage.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
+        && !world.near_luminaires.as_ref().is_some_and(NearLuminaires::touch)
+        && world.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
 }
 
 /// The requested maps, elements first, and whether the target binds each.

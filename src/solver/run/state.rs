@@ -97,7 +97,7 @@ impl Run<'_> {
         self.tell();
         self.context.pace.begin(self.all_rays(), piloted.elapsed());
         self.prepare();
-        self.spending.add(Activity::Pilots, self.context.stage.selection_rays(), piloted.elapsed());
+        self.spending.add(Activity::Pilots, self.context.world.selection_rays(), piloted.elapsed());
         self.clock.pilots_end(self.all_rays(), self.observer.wall_s());
         self.record(false);
         if let Some(error) = self.affordable_error() {
@@ -110,7 +110,7 @@ impl Run<'_> {
     pub fn prepare(&mut self) {
         self.start_gathering();
         let affordable_rays = self.affordable_rays();
-        self.context.stage.learn_selection_by_cell(self.planned_rays().min(affordable_rays));
+        self.context.world.learn_selection_by_cell(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
@@ -140,7 +140,7 @@ impl Run<'_> {
 
     /// Whether there is light to gather, and the method allows gathering.
     pub fn may_gather(&self) -> bool {
-        matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects()
+        matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.world.reflects()
     }
 
     /// Lets maps gather that can, if gathering is requested or pays.
@@ -170,7 +170,7 @@ impl Run<'_> {
         let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
         let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
         // Samples of cells end by reflectance alone, so their walks are not longer.
-        let longer = self.context.stage.roulette.longer;
+        let longer = self.context.world.roulette.longer;
         self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk / longer));
     }
 

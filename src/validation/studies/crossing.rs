@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::pictures::{PlotLine, log_log};
-use super::world::{HALL_M, Lit, grid, hall, relative_rms};
+use super::study_scene::{HALL_M, Lit, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
 use crate::validation::report::Table;
@@ -26,12 +26,12 @@ struct CrossingRow {
 }
 
 fn measure(edge: usize, count: usize, wishes: &mut StudyWishes) -> Result<CrossingRow, String> {
-    let world = hall(edge)?;
+    let study = hall(edge)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
     let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
     (wishes.tell)(&format!("{} luminaires, {count}² receivers", edge * edge));
-    let mesh = world.by_mesh(&points_m, options)?;
-    let rays = world.by_rays(&points_m, 1, MOST_RAYS);
+    let mesh = study.by_mesh(&points_m, options)?;
+    let rays = study.by_rays(&points_m, 1, MOST_RAYS);
     let error = relative_rms(&mesh, &rays);
     Ok(CrossingRow { luminaires: edge * edge, receivers: points_m.len(), rays, mesh, error })
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::interpolation::{DirectForm, Interpolation};
 use super::pictures::{PlotLine, log_log};
-use super::world::{HALL_M, Lit, World, grid, hall, relative_rms};
+use super::study_scene::{HALL_M, Lit, StudyScene, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
 use crate::validation::report::Table;
@@ -29,19 +29,19 @@ struct Known {
 
 /// Mesh points over the hall's floor.
 struct FloorPoints<'a> {
-    world: &'a World,
+    study: &'a StudyScene,
     lattice: Lattice,
     known: Vec<Option<Known>>,
 }
 
 impl<'a> FloorPoints<'a> {
     /// Traces shadow rays from every point above the floor to all lamps. Points inside solids have no data.
-    fn over(world: &'a World, points_m: &[DVec3], step_m: f64) -> Option<FloorPoints<'a>> {
+    fn over(study: &'a StudyScene, points_m: &[DVec3], step_m: f64) -> Option<FloorPoints<'a>> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
         let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
-        let known = (0..lattice.points() as usize).into_par_iter().map(|number| look_around(world, &lattice, number));
-        Some(FloorPoints { known: known.collect(), world, lattice })
+        let known = (0..lattice.points() as usize).into_par_iter().map(|number| look_around(study, &lattice, number));
+        Some(FloorPoints { known: known.collect(), study, lattice })
     }
 
     fn of(&self, index: Index) -> Option<&Known> {
@@ -51,7 +51,7 @@ impl<'a> FloorPoints<'a> {
     /// Illuminance in lx at a point that faces up.
     fn light(&self, place_m: DVec3, form: DirectForm, interpolation: Interpolation) -> f64 {
         let about = interpolation.about(&self.lattice, place_m, |index| self.of(index));
-        let lamps = self.world.stage.emitters.list();
+        let lamps = self.study.world.emitters.list();
         let share_of = |lamp: usize| -> f64 {
             let of_point = |(known, weight): &(&Known, f64)| match form {
                 DirectForm::Visibility => weight * (known.sees >> lamp & 1) as f64,
@@ -71,17 +71,17 @@ fn number_of(lattice: &Lattice, [i, j, k]: Index) -> usize {
     (k as usize * rows + j as usize) * columns + i as usize
 }
 
-fn look_around(world: &World, lattice: &Lattice, number: usize) -> Option<Known> {
+fn look_around(study: &StudyScene, lattice: &Lattice, number: usize) -> Option<Known> {
     let [columns, rows, _] = lattice.counts.map(|count| count as usize);
     let index = [number % columns, number / columns % rows, number / (columns * rows)].map(|place| place as i32);
     let position_m = lattice.position_m(index);
-    let tracer = &world.stage.tracer;
-    if position_m.z <= 0.0 || world.solids.holds(tracer, position_m).0 {
+    let tracer = &study.world.tracer;
+    if position_m.z <= 0.0 || study.solids.holds(tracer, position_m).0 {
         return None;
     }
     let origin = tracer.free_origin(position_m);
     let (mut sees, mut seen, mut all) = (0, 0.0, 0.0);
-    for (lamp, emitter) in world.stage.emitters.list().iter().enumerate() {
+    for (lamp, emitter) in study.world.emitters.list().iter().enumerate() {
         let lamp_m = emitter.center_m();
         let falling = emitter.luminous_flux_lm / (FALLOFF_M + lamp_m.distance(position_m));
         all += falling;
@@ -96,9 +96,9 @@ fn look_around(world: &World, lattice: &Lattice, number: usize) -> Option<Known>
 /// Measures the errors of both forms with every interpolation, from coarse to fine meshes.
 pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (counts, edge): (&[usize], usize) = if wishes.quick { (&[20, 40], 80) } else { (&[20, 40, 80, 100, 200], 250) };
-    let world = hall(LAMPS)?;
+    let study = hall(LAMPS)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], edge);
-    let exact = world.by_rays(&points_m, 1, f64::INFINITY);
+    let exact = study.by_rays(&points_m, 1, f64::INFINITY);
     let mut found = Findings::of(
         "light-mesh-forms",
         "The black hall of the study of steps, 20 m × 20 m, with 24 crates and 49 point lamps; receivers on its floor. Both forms use the same mesh points, without those inside solids and without local visibility. *Visibility* stores which lamps a point sees and weights each lamp's own light by the share of points that see it (Debelov and Novikov 2009). *Scalar* stores one number, Σ V Φ/(1 m + r) over Σ Φ/(1 m + r), and multiplies the unhidden light of all lamps by it (Debelov and Sevastyanov 2001, eqs. 1 to 3, made a share so that it has a unit). Receivers interpolate from the nearest point, from the corners of their cell, or from all points within R = 1.25 h with a weight φ₄ of 1 (as in the 2001 paper) or of 1 − d/R. Errors are against shadow rays.",
@@ -111,7 +111,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
         let step_m = HALL_M / *count as f64;
         (wishes.tell)(&format!("{count}² cells, h = {step_m} m"));
         let points =
-            FloorPoints::over(&world, &points_m, step_m).ok_or("a mesh with more points than numbers for them")?;
+            FloorPoints::over(&study, &points_m, step_m).ok_or("a mesh with more points than numbers for them")?;
         let asked = DirectForm::ALL.into_iter().filter(|form| wishes.only.takes(*form));
         let ways = asked.flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {

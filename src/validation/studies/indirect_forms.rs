@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::interpolation::Interpolation;
 use super::pictures::{PlotLine, log_log};
-use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
+use super::study_scene::{HALL_M, Lit, StudyScene, grid, hall_with_crates, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::check::scene_from_json;
 use crate::estimators::receiver::Receiver;
@@ -43,16 +43,16 @@ struct FreePoints {
 }
 
 impl FreePoints {
-    fn over(world: &World, points_m: &[DVec3], step_m: f64, walks: u64) -> Option<FreePoints> {
+    fn over(study: &StudyScene, points_m: &[DVec3], step_m: f64, walks: u64) -> Option<FreePoints> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
         let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
         let gather = |number: u64| {
             let position_m = lattice.position_m(index_of(&lattice, number));
-            let tracer = &world.stage.tracer;
+            let tracer = &study.world.tracer;
             // No receiver point uses layers above its interpolation radius.
             let is_asked = position_m.z > 0.0 && position_m.z < RADIUS_PER_STEP * step_m;
-            if !is_asked || world.solids.holds(tracer, position_m).0 {
+            if !is_asked || study.solids.holds(tracer, position_m).0 {
                 return None;
             }
             let origin = tracer.free_origin(position_m);
@@ -68,7 +68,7 @@ impl FreePoints {
                     };
                     // Samples are π times the luminance. Their mean over all sides is a quarter of ∫ L dω, their cosine-weighted
                     // mean the illuminance.
-                    sum_lx += sample_arriving_lx(&world.stage, origin, direction, &mut cut, &mut stream).0;
+                    sum_lx += sample_arriving_lx(&study.world, origin, direction, &mut cut, &mut stream).0;
                 }
                 sum_lx / walks as f64
             }))
@@ -92,16 +92,16 @@ fn index_of(lattice: &Lattice, number: u64) -> Index {
 }
 
 /// Indirect illuminance of points by walks from each point.
-fn by_walks(world: &World, points_m: &[DVec3], walks: u64) -> Lit {
+fn by_walks(study: &StudyScene, points_m: &[DVec3], walks: u64) -> Lit {
     let walk_from = |(number, point_m): (u64, &DVec3)| {
-        let origin = world.stage.tracer.side_origin(*point_m, DVec3::Z);
+        let origin = study.world.tracer.side_origin(*point_m, DVec3::Z);
         let receiver = Receiver { point_m: *point_m, normal: DVec3::Z, origin: &origin };
         let mut stream = Stream::new(1, Purpose::LightMesh, STREAMS[0], 0);
         let mut cut = Cut::default();
         let mut sum_lx = 0.0;
         for walk in 0..walks {
             stream.seek_quasi((number << 32) | walk, number, walk);
-            sum_lx += sample_indirect_lx(&world.stage, &receiver, &mut cut, &mut stream).0;
+            sum_lx += sample_indirect_lx(&study.world, &receiver, &mut cut, &mut stream).0;
         }
         sum_lx / walks as f64
     };
@@ -121,12 +121,12 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 "columns": {LAMPS}, "rows": {LAMPS}, "u": [{across},0,0], "v": [0,{across},0] }}] }}"#
     );
     let scene = scene_from_json(&scene, None, std::path::Path::new(".")).map_err(|error| error.to_string())?;
-    let world = World::of(scene);
+    let study = StudyScene::of(scene);
     let mut points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], edge);
     // Points under crates are dark and do not test the interpolation.
-    points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + 1e-3 * DVec3::Z).0);
+    points_m.retain(|point_m| !study.solids.holds(&study.world.tracer, *point_m + 1e-3 * DVec3::Z).0);
     (wishes.tell)(&format!("{} points, {of_places} walks each", points_m.len()));
-    let exact = by_walks(&world, &points_m, of_places);
+    let exact = by_walks(&study, &points_m, of_places);
     let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
     let mut found = Findings::of(
         "light-mesh-indirect",
@@ -136,7 +136,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     for (number, count) in counts.iter().enumerate() {
         let step_m = HALL_M / *count as f64;
         (wishes.tell)(&format!("{count}² cells, h = {step_m} m"));
-        let points = FreePoints::over(&world, &points_m, step_m, walks)
+        let points = FreePoints::over(&study, &points_m, step_m, walks)
             .ok_or("a mesh with more points than numbers for them")?;
         let ways = (0..FORMS.len()).flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {

@@ -19,7 +19,7 @@ pub mod shadow_rivals;
 mod slopes;
 mod sources;
 mod steps;
-pub mod world;
+pub mod study_scene;
 
 use super::report::Table;
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::pictures::{PlotLine, profiles};
-use super::world::World;
+use super::study_scene::StudyScene;
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
@@ -17,13 +17,13 @@ const BALL_M: f64 = 0.2;
 const PLACES: usize = 2001;
 const HALF_M: f64 = 1.0;
 
-fn world(lamp: &str) -> Result<World, String> {
+fn study(lamp: &str) -> Result<StudyScene, String> {
     let geometry = format!(
         r#"{{ "name": "floor", "type": "box", "min": [-10,-10,-1], "max": [10,10,0], "material": "black" }},
            {{ "name": "board", "type": "box", "min": [-10,-10,{}], "max": [0,10,{}], "material": "black" }}"#,
         BOARD_M[0], BOARD_M[1]
     );
-    World::black(&geometry, lamp)
+    StudyScene::black(&geometry, lamp)
 }
 
 /// Width in m between 10 % and 90 % of the light far from the edge.
@@ -48,10 +48,10 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
         "light-mesh-penumbra",
         "The shadow of a board's edge 2 m above the floor, with the source at 4.4 m straight above the edge. Widths are measured between one tenth and nine tenths of the light on the open side. A mesh that samples points of the ball finds its real penumbra as h decreases. A mesh that samples only one point gives an edge of its own width, whatever the size of the source: the papers' soft shadow, right for one size of source at one distance.",
     );
-    let ball = world(&format!(
+    let ball = study(&format!(
         r#"{{ "name": "ball", "type": "sphere", "center": [0,0,{SOURCE_M}], "radius": {BALL_M}, "luminous_flux_lm": 1000 }}"#
     ))?;
-    let point = world(&format!(
+    let point = study(&format!(
         r#"{{ "name": "point", "type": "point", "position": [0,0,{SOURCE_M}], "luminous_flux_lm": 1000 }}"#
     ))?;
     (wishes.tell)("the ball by shadow rays");
@@ -83,11 +83,11 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
         &[(0.02, 2.1), (0.05, 2.1), (0.1, 2.1), (0.15, 2.1), (0.2, 2.1), (0.1, 3.1)]
     };
     let mut finest = None;
-    for (source, world, sizes) in [("ball", &ball, of_ball), ("point", &point, of_point)] {
+    for (source, study, sizes) in [("ball", &ball, of_ball), ("point", &point, of_point)] {
         for (step_m, ratio) in sizes {
             (wishes.tell)(&format!("the {source} by a mesh of {step_m} m, R = {ratio} h"));
             let options = Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
-            let lit = world.by_mesh(&line_m, options)?;
+            let lit = study.by_mesh(&line_m, options)?;
             let width = width_m(&lit.lx);
             if source == "ball" && finest.is_none() {
                 finest = Some(width);

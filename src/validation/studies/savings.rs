@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 
 use super::open_air::{Lamps, Things, gazebo, playground, scene_text};
-use super::world::{Lit, World, grid, relative_rms};
+use super::study_scene::{Lit, StudyScene, grid, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::check::read_scene;
 use crate::light_mesh::{Accelerations, Options};
@@ -30,15 +30,15 @@ const PAPERS: [(&str, f64); 2] = [("gazebo", 0.65), ("playground", 0.50)];
 
 struct TimeSaved {
     name: &'static str,
-    world: World,
+    study: StudyScene,
     points_m: Vec<DVec3>,
 }
 
 /// Both scenes with their visible receivers: `edge`² on the lawn, without those under solids.
 fn places(edge: usize) -> Result<Vec<TimeSaved>, String> {
     let make = |name: &'static str, things: Things, depth: f64| -> Result<TimeSaved, String> {
-        let (world, points_m) = place_of(name, &things, depth, Lamps::Points, edge)?;
-        Ok(TimeSaved { name, world, points_m })
+        let (study, points_m) = place_of(name, &things, depth, Lamps::Points, edge)?;
+        Ok(TimeSaved { name, study, points_m })
     };
     Ok(vec![make("gazebo", gazebo(), 400.0)?, make("playground", playground(), 350.0)?])
 }
@@ -50,11 +50,11 @@ pub fn place_of(
     depth: f64,
     lamps: Lamps,
     edge: usize,
-) -> Result<(World, Vec<DVec3>), String> {
-    let world = World::of(read(name, &scene_text(name, "things.obj", depth, 2, lamps), things)?);
+) -> Result<(StudyScene, Vec<DVec3>), String> {
+    let study = StudyScene::of(read(name, &scene_text(name, "things.obj", depth, 2, lamps), things)?);
     let mut points_m = grid(DVec3::ZERO, [EDGE_M, depth], edge);
-    points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + DVec3::Z * SOUNDING_M).0);
-    Ok((world, points_m))
+    points_m.retain(|point_m| !study.solids.holds(&study.world.tracer, *point_m + DVec3::Z * SOUNDING_M).0);
+    Ok((study, points_m))
 }
 
 /// Reads a scene with a mesh file. Both files are in a temporary folder of their own while they are read.
@@ -88,14 +88,14 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
     );
     let mut rows = Vec::new();
     for place in places(edge)? {
-        let exact = place.world.by_rays(&place.points_m, 1, f64::INFINITY);
-        let triangles = place.world.scene.triangles.len();
+        let exact = place.study.by_rays(&place.points_m, 1, f64::INFINITY);
+        let triangles = place.study.scene.triangles.len();
         let mut least = [f64::INFINITY; 2];
         for step_m in steps_m {
             for ratio in radii {
                 (wishes.tell)(&format!("{}: h = {step_m} m, R = {ratio} h", place.name));
                 let runs = (0..4)
-                    .map(|level| place.world.by_mesh(&place.points_m, options(*step_m, *ratio, level)))
+                    .map(|level| place.study.by_mesh(&place.points_m, options(*step_m, *ratio, level)))
                     .collect::<Result<Vec<Lit>, String>>()?;
                 let of_time: fn(&Lit) -> f64 = |run| run.seconds;
                 let of_rays: fn(&Lit) -> f64 = |run| run.rays as f64 * 1e-6;
@@ -143,10 +143,10 @@ fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), St
         let mut number = 0;
         for place in places(*edge)? {
             (wishes.tell)(&format!("{}: {edge}² receivers", place.name));
-            let exact = place.world.by_rays(&place.points_m, 1, f64::INFINITY);
+            let exact = place.study.by_rays(&place.points_m, 1, f64::INFINITY);
             let mut of_densest_s = None;
             for (step_m, ratio) in meshes {
-                let run = place.world.by_mesh(&place.points_m, options(*step_m, *ratio, 3))?;
+                let run = place.study.by_mesh(&place.points_m, options(*step_m, *ratio, 3))?;
                 let densest_s = *of_densest_s.get_or_insert(run.seconds);
                 if first.len() == number {
                     first.push(run.counts.points);
@@ -223,7 +223,7 @@ pub fn memory(wishes: &mut StudyWishes) -> Result<Findings, String> {
         for step_m in steps_m {
             for ratio in RADII {
                 (wishes.tell)(&format!("{}: h = {step_m} m, R = {ratio} h", place.name));
-                let run = place.world.by_mesh(&place.points_m, options(*step_m, ratio, 3))?;
+                let run = place.study.by_mesh(&place.points_m, options(*step_m, ratio, 3))?;
                 let saved = run.dense_bytes / run.bytes as f64;
                 (least, most) = (least.min(saved), most.max(saved));
                 rows.push(vec![

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::pictures::{PlotLine, log_log};
-use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
+use super::study_scene::{HALL_M, Lit, StudyScene, grid, hall_with_crates, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
 use crate::validation::report::Table;
@@ -28,10 +28,10 @@ pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     );
     let ball =
         r#"{ "name": "ball", "type": "sphere", "center": [9.3,10.4,3.5], "radius": 0.3, "luminous_flux_lm": 5000 }"#;
-    let world = World::black(&hall_with_crates(), ball)?;
+    let study = StudyScene::black(&hall_with_crates(), ball)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
     (wishes.tell)("the truth by a dense quadrature");
-    let exact = world.by_points(&points_m, DENSE, (DENSE * PLACES.min(points_m.len())) as f64);
+    let exact = study.by_points(&points_m, DENSE, (DENSE * PLACES.min(points_m.len())) as f64);
     let mut lines = [PlotLine::new("point sources"), PlotLine::new("light mesh")];
     let mut rows = Vec::new();
     let mut first_s = None;
@@ -51,13 +51,13 @@ pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     };
     for (number, paper) in COUNTS.into_iter().zip(PAPER) {
         (wishes.tell)(&format!("{number} points"));
-        let lit = world.by_points(&points_m, number, f64::INFINITY);
+        let lit = study.by_points(&points_m, number, f64::INFINITY);
         lines[0].places.push((lit.seconds, 100.0 * relative_rms(&lit, &exact)));
         rows.push(row(if number == 1 { "1 point".to_owned() } else { format!("{number} points") }, &lit, paper));
     }
     (wishes.tell)("the mesh");
     let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
-    let lit = world.by_mesh(&points_m, options)?;
+    let lit = study.by_mesh(&points_m, options)?;
     lines[1].places.push((lit.seconds, 100.0 * relative_rms(&lit, &exact)));
     rows.push(row(format!("mesh, h = {STEP_M} m"), &lit, None));
     found.results.push(format!(

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::pictures::{PlotLine, log_log};
-use super::world::{HALL_M, grid, hall, relative_rms};
+use super::study_scene::{HALL_M, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
@@ -23,9 +23,9 @@ pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
     } else {
         (&[0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.004, 0.002, 0.001], 200)
     };
-    let world = hall(7)?;
+    let study = hall(7)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
-    let exact = world.by_rays(&points_m, 1, f64::INFINITY);
+    let exact = study.by_rays(&points_m, 1, f64::INFINITY);
     let mut found = Findings::of(
         "light-mesh-steps",
         "A black hall of 20 m × 20 m with 24 crates, 49 point lamps, a grid of receivers on its floor. Relative RMS errors against shadow rays.",
@@ -41,7 +41,7 @@ pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 continue;
             }
             let options = Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
-            let error = relative_rms(&world.by_mesh(&points_m, options)?, &exact);
+            let error = relative_rms(&study.by_mesh(&points_m, options)?, &exact);
             row.push(percent(error));
             line.places.push((*step_m, 100.0 * error));
         }

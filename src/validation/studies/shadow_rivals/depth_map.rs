@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::Meeting;
-use crate::validation::studies::world::World;
+use crate::validation::studies::study_scene::StudyScene;
 
 /// Depth bias of the map: a point is unlit if the ray ends before the ground by more than this share of its length.
 const BIAS: f64 = 2e-3;
@@ -25,15 +25,15 @@ pub struct DepthMap {
 }
 
 impl DepthMap {
-    /// Creates the map of a lamp over the ground from (0, 0, 0) to a far corner. The lamp itself is not part of the world's
+    /// Creates the map of a lamp over the ground from (0, 0, 0) to a far corner. The lamp itself is not part of the study's
     /// geometry.
-    pub fn of(world: &World, lamp_m: DVec3, size_m: [f64; 2], counts: [usize; 2]) -> DepthMap {
-        let from = world.stage.tracer.free_origin(lamp_m);
+    pub fn of(study: &StudyScene, lamp_m: DVec3, size_m: [f64; 2], counts: [usize; 2]) -> DepthMap {
+        let from = study.world.tracer.free_origin(lamp_m);
         let middle_m = |number: usize, axis: usize| size_m[axis] * (number as f64 + 0.5) / counts[axis] as f64;
         let is_lit = |texel: usize| {
             let place_m = DVec3::new(middle_m(texel % counts[0], 0), middle_m(texel / counts[0], 1), 0.0);
             let way_m = place_m - lamp_m;
-            match world.stage.tracer.first_hit(&from, way_m.normalize()) {
+            match study.world.tracer.first_hit(&from, way_m.normalize()) {
                 Meeting::Surface(hit) => hit.distance_m >= (1.0 - BIAS) * way_m.length(),
                 _ => true,
             }

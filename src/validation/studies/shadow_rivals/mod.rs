@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::open_air::{Lamps, gazebo, playground};
 use super::savings::place_of;
-use super::world::{Lit, World};
+use super::study_scene::{Lit, StudyScene};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
@@ -37,8 +37,8 @@ enum MapShadow {
 /// The scene with balls as lamps, and with points in their place.
 struct LitScene {
     name: &'static str,
-    balls: World,
-    points: World,
+    balls: StudyScene,
+    points: StudyScene,
     points_m: Vec<DVec3>,
     size_m: [f64; 2],
 }
@@ -46,7 +46,7 @@ struct LitScene {
 impl LitScene {
     /// Illuminance by all lamps at every point, from the visible share of each lamp. `seen` returns this share and the rays traced.
     fn lit_by(&self, started: Instant, made: u64, seen: impl Fn(usize, DVec3) -> (f64, u64) + Sync) -> Lit {
-        let lamps = self.balls.stage.emitters.list();
+        let lamps = self.balls.world.emitters.list();
         let light = |place_m: &DVec3| {
             lamps.iter().enumerate().fold((0.0, 0), |(lx, rays), (lamp, emitter)| {
                 let (share, more) = seen(lamp, *place_m);
@@ -60,7 +60,7 @@ impl LitScene {
     }
 
     fn lamps_m(&self) -> Vec<DVec3> {
-        self.balls.stage.emitters.list().iter().map(|emitter| emitter.center_m()).collect()
+        self.balls.world.emitters.list().iter().map(|emitter| emitter.center_m()).collect()
     }
 
     fn by_map(&self, edge: usize, rival: &MapShadow) -> Lit {

@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::scene::Side;
-use crate::validation::studies::world::World;
+use crate::validation::studies::study_scene::StudyScene;
 
 /// Number of ground cells along an edge. Each cell stores the silhouette edges whose shadows may fall there.
 const CELLS: usize = 64;
@@ -26,7 +26,7 @@ const REACH: f64 = 2.0;
 
 /// A lamp's silhouette edges over level ground.
 pub struct Wedges<'a> {
-    world: &'a World,
+    study: &'a StudyScene,
     lamp_m: DVec3,
     radius_m: f64,
     size_m: [f64; 2],
@@ -44,9 +44,9 @@ pub struct SeenShares {
 
 impl<'a> Wedges<'a> {
     /// Finds the silhouettes seen from a ball's centre over the ground from (0, 0, 0) to a far corner. The ball itself is not part
-    /// of the world's geometry, and nothing else reaches up to it.
-    pub fn of(world: &'a World, lamp_m: DVec3, radius_m: f64, size_m: [f64; 2]) -> Wedges<'a> {
-        let edges = silhouette(world, lamp_m);
+    /// of the study's geometry, and nothing else reaches up to it.
+    pub fn of(study: &'a StudyScene, lamp_m: DVec3, radius_m: f64, size_m: [f64; 2]) -> Wedges<'a> {
+        let edges = silhouette(study, lamp_m);
         let mut of_cell = vec![Vec::new(); CELLS * CELLS];
         for (number, edge) in edges.iter().enumerate() {
             let [low, high] = footprint(edge, lamp_m, REACH * radius_m).map(|corner_m| {
@@ -57,7 +57,7 @@ impl<'a> Wedges<'a> {
                 (low[0]..=high[0]).for_each(|column| of_cell[row * CELLS + column].push(number as u32));
             }
         }
-        Wedges { world, lamp_m, radius_m, size_m, edges, of_cell }
+        Wedges { study, lamp_m, radius_m, size_m, edges, of_cell }
     }
 
     /// Number of edges of the silhouettes.
@@ -99,7 +99,7 @@ impl<'a> Wedges<'a> {
     /// Number of solids between a point and the lamp's centre: one for each back face that the line crosses. A stencil buffer
     /// counts shadow volumes this way.
     fn solids_before_center(&self, place_m: DVec3, axis: DVec3, distance_m: f64) -> u32 {
-        let tracer = &self.world.stage.tracer;
+        let tracer = &self.study.world.tracer;
         let crossed = tracer.crossings(&tracer.side_origin(place_m, DVec3::Z), axis);
         let before = crossed.iter().filter(|one| one.side == Side::Back && one.distance_m < distance_m);
         before.count() as u32
@@ -113,13 +113,13 @@ impl<'a> Wedges<'a> {
 }
 
 /// Edges between a face lit by the lamp's centre and one that is not, counter-clockwise around the lit face.
-fn silhouette(world: &World, lamp_m: DVec3) -> Vec<[DVec3; 2]> {
+fn silhouette(study: &StudyScene, lamp_m: DVec3) -> Vec<[DVec3; 2]> {
     let key = |corner_m: DVec3| corner_m.to_array().map(f64::to_bits);
     let mut edges: HashMap<[[u64; 3]; 2], [DVec3; 2]> = HashMap::new();
-    for triangle in 0..world.scene.triangles.len() as u32 {
-        let corners_m = world.scene.corners_m(triangle);
+    for triangle in 0..study.scene.triangles.len() as u32 {
+        let corners_m = study.scene.corners_m(triangle);
         let is_ground = corners_m.iter().all(|corner_m| corner_m.z <= 0.0);
-        if is_ground || world.scene.triangle_normal(triangle).dot(lamp_m - corners_m[0]) <= 0.0 {
+        if is_ground || study.scene.triangle_normal(triangle).dot(lamp_m - corners_m[0]) <= 0.0 {
             continue;
         }
         for k in 0..3 {

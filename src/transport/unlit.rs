@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::Stage;
+use super::World;
 use crate::sampling::emitter::Reach;
 use crate::scene::{Scene, Side, body_of};
 
@@ -13,13 +13,13 @@ const MOST_TESTS: usize = 200_000_000;
 const ROUNDING: f64 = 1e-12;
 
 /// Marks the sides that no emitter of a scene can light.
-pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
-    let reaches: Vec<Reach> = stage.emitters.list().iter().map(|emitter| emitter.reach()).collect();
+pub(super) fn mark_unlit(scene: &Scene, world: &mut World) {
+    let reaches: Vec<Reach> = world.emitters.list().iter().map(|emitter| emitter.reach()).collect();
     if reaches.len().saturating_mul(scene.triangles.len()) > MOST_TESTS {
         return;
     }
-    let tolerance_m = ROUNDING * stage.tracer.longest_m();
-    stage.triangles.par_iter_mut().enumerate().for_each_init(
+    let tolerance_m = ROUNDING * world.tracer.longest_m();
+    world.triangles.par_iter_mut().enumerate().for_each_init(
         || 0,
         |latest, (triangle, optics)| {
             if body_of(&scene.bodies, triangle as u32).is_some() {
@@ -56,10 +56,10 @@ mod tests {
                               { "name": "panel", "type": "rectangle", "origin": [1,1,1], "u": [0,0.5,0], "v": [0.5,0,0], "material": "grey" } ],
                 "luminaires": [ LAMP ] }"#;
             let scene = scene_from_json(&text.replace("LAMP", lamp), None, Path::new(".")).expect("a room");
-            let stage = Stage::new(&scene);
+            let world = World::new(&scene);
             let (ceiling, rest): (Vec<u32>, Vec<u32>) =
-                (0..12).partition(|triangle| stage.normal(*triangle, Side::Front).z < -0.5);
-            [ceiling, rest].map(|sides| sides.iter().filter(|side| stage.is_unlit((**side, Side::Front))).count())
+                (0..12).partition(|triangle| world.normal(*triangle, Side::Front).z < -0.5);
+            [ceiling, rest].map(|sides| sides.iter().filter(|side| world.is_unlit((**side, Side::Front))).count())
         };
         let panel = r#"{ "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 100 }"#;
         assert_eq!(room(panel), [2, 0]);

@@ -7,7 +7,6 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::chain::Stage;
 use crate::check::scene_from_json;
 use crate::estimators::receiver::Receiver;
 use crate::light_mesh::exact::look_at_all;
@@ -16,16 +15,17 @@ use crate::light_mesh::{
 };
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
+use crate::transport::World;
 
 /// Number of receivers that a thread computes at a time.
 const CHUNK: usize = 1024;
 
 /// A scene prepared for meshes.
-pub struct World {
+pub struct StudyScene {
     /// The scene.
     pub scene: Scene,
     /// Data to trace rays.
-    pub stage: Stage,
+    pub world: World,
     /// Its closed solids.
     pub solids: Solids,
     /// Light samples of its luminaires.
@@ -51,26 +51,26 @@ pub struct Lit {
     pub dense_bytes: f64,
 }
 
-impl World {
+impl StudyScene {
     /// Prepares a scene.
-    pub fn of(scene: Scene) -> World {
-        let stage = Stage::new(&scene);
-        let samples = Samples::of(&stage, SamplePlacing::Stratified, 0);
-        World { solids: Solids::of(&scene), samples, stage, scene }
+    pub fn of(scene: Scene) -> StudyScene {
+        let world = World::new(&scene);
+        let samples = Samples::of(&world, SamplePlacing::Stratified, 0);
+        StudyScene { solids: Solids::of(&scene), samples, world, scene }
     }
 
     /// A scene of black surfaces from its geometry and luminaires.
-    pub fn black(geometry: &str, luminaires: &str) -> Result<World, String> {
+    pub fn black(geometry: &str, luminaires: &str) -> Result<StudyScene, String> {
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }} }},
                 "geometry": [{geometry}], "luminaires": [{luminaires}] }}"#
         );
-        scene_from_json(&text, None, Path::new(".")).map(World::of).map_err(|error| error.to_string())
+        scene_from_json(&text, None, Path::new(".")).map(StudyScene::of).map_err(|error| error.to_string())
     }
 
     fn around(&self) -> Surroundings<'_> {
-        let World { scene, stage, solids, samples } = self;
-        Surroundings { scene, stage, solids, samples, give_up: NEVER }
+        let StudyScene { scene, world, solids, samples } = self;
+        Surroundings { scene, world, solids, samples, give_up: NEVER }
     }
 
     /// Computes the illuminance of upward-facing receivers by a mesh.
@@ -85,7 +85,7 @@ impl World {
             .map(|chunk| {
                 let mut room = Workroom::default();
                 let lx = chunk.iter().map(|point_m| {
-                    let origin = self.stage.tracer.side_origin(*point_m, DVec3::Z);
+                    let origin = self.world.tracer.side_origin(*point_m, DVec3::Z);
                     mesh.direct(&Receiver { point_m: *point_m, normal: DVec3::Z, origin: &origin }, &mut room)
                         .illuminance_lx
                 });
@@ -111,13 +111,13 @@ impl World {
 
     /// Computes the illuminance by shadow rays to every luminaire, `looks` times each, for as many receivers as `most_rays` allows.
     pub fn by_rays(&self, points_m: &[DVec3], looks: u64, most_rays: f64) -> Lit {
-        let all_rays = (points_m.len() * self.stage.emitters.list().len()) as f64 * looks as f64;
+        let all_rays = (points_m.len() * self.world.emitters.list().len()) as f64 * looks as f64;
         self.every_so_many(points_m, (all_rays / most_rays).ceil().max(1.0) as usize, |number, receiver| {
             let mut stream = Stream::new(1, Purpose::LightMesh, 0, 0);
             let (mut sum_lx, mut rays) = (0.0, 0);
             for look in 0..looks {
                 stream.seek_quasi((number << 32) | look, number, look);
-                let (lx, look_rays) = look_at_all(&self.stage, receiver, &mut stream);
+                let (lx, look_rays) = look_at_all(&self.world, receiver, &mut stream);
                 sum_lx += lx;
                 rays += look_rays;
             }
@@ -127,9 +127,9 @@ impl World {
 
     /// Computes the illuminance by a shadow ray to each of `count` points of each area, each point as a point source.
     pub fn by_points(&self, points_m: &[DVec3], count: usize, most_rays: f64) -> Lit {
-        let sources = Samples::of(&self.stage, SamplePlacing::Count(count), 0);
+        let sources = Samples::of(&self.world, SamplePlacing::Count(count), 0);
         let every = ((points_m.len() * sources.len()) as f64 / most_rays).ceil().max(1.0) as usize;
-        self.every_so_many(points_m, every, |_, receiver| sources.as_point_sources_lx(&self.stage, receiver))
+        self.every_so_many(points_m, every, |_, receiver| sources.as_point_sources_lx(&self.world, receiver))
     }
 
     fn every_so_many(
@@ -143,7 +143,7 @@ impl World {
         let found: Vec<(f64, u64)> = asked
             .par_iter()
             .map(|(number, point_m)| {
-                let origin = self.stage.tracer.side_origin(*point_m, DVec3::Z);
+                let origin = self.world.tracer.side_origin(*point_m, DVec3::Z);
                 light(*number, &Receiver { point_m: *point_m, normal: DVec3::Z, origin: &origin })
             })
             .collect();
@@ -176,7 +176,7 @@ pub fn grid(low_m: DVec3, size_m: [f64; 2], edge: usize) -> Vec<DVec3> {
 pub const HALL_M: f64 = 20.0;
 
 /// A black hall of 20 m × 20 m × 4 m with 24 crates and `edge`² lamps under its ceiling.
-pub fn hall(edge: usize) -> Result<World, String> {
+pub fn hall(edge: usize) -> Result<StudyScene, String> {
     let (first, across) = (0.5 * HALL_M / edge as f64, HALL_M - HALL_M / edge as f64);
     let array = if edge > 1 {
         format!(r#", "columns": {edge}, "rows": {edge}, "u": [{across},0,0], "v": [0,{across},0]"#)
@@ -186,7 +186,7 @@ pub fn hall(edge: usize) -> Result<World, String> {
     let lamp = format!(
         r#"{{ "name": "lamp", "type": "point", "position": [{first},{first},3.8], "intensity_cd": 100{array} }}"#
     );
-    World::black(&hall_with_crates(), &lamp)
+    StudyScene::black(&hall_with_crates(), &lamp)
 }
 
 /// The hall's geometry; its crates are always the same.

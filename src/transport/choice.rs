@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::selection_by_cell::CellChoice;
 use super::selection_by_region::RegionSelection;
-use super::{Stage, TriangleSide};
+use super::{TriangleSide, World};
 use crate::sampling::emitter_tree::Cut;
 
 /// Share of the choices that go to luminaires seen from the region, where most light is hidden (docs/methods.md (6)).
@@ -14,7 +14,7 @@ const ANY: f64 = 0.05;
 
 /// Choice among emitters at one point, about in proportion to the illuminance that each gives there.
 pub struct Choices<'a> {
-    stage: &'a Stage,
+    world: &'a World,
     place: [DVec3; 2],
     way: ChoiceWay<'a>,
 }
@@ -33,7 +33,7 @@ enum ChoiceWay<'a> {
     OfCell(CellChoice<'a>),
 }
 
-impl Stage {
+impl World {
     /// Prepares the choice at a point with a unit normal on a side of a triangle. `cut` is scratch memory for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
@@ -49,7 +49,7 @@ impl Stage {
                 .selection_at(spot)
                 .map_or(ChoiceWay::Unshadowed(cut), |selection| ChoiceWay::InSight(selection, cut))
         };
-        Choices { stage: self, place: [point_m, normal], way }
+        Choices { world: self, place: [point_m, normal], way }
     }
 }
 
@@ -64,7 +64,7 @@ impl Choices<'_> {
     /// nothing.
     #[inline]
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
-        let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
+        let ([point_m, normal], emitters) = (self.place, &self.world.emitters);
         match &self.way {
             ChoiceWay::Unlit => None,
             ChoiceWay::Only => Some((0, 1.0)),
@@ -86,7 +86,7 @@ impl Choices<'_> {
 
     /// Probability with which [`Choices::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32) -> f64 {
-        let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
+        let ([point_m, normal], emitters) = (self.place, &self.world.emitters);
         match &self.way {
             ChoiceWay::Unlit => 0.0,
             ChoiceWay::Only => 1.0,

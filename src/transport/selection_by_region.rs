@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Stage;
+use super::World;
 use crate::geometry::Origin;
 use crate::sampling::emitter::LightSample;
 use crate::sampling::random::{Purpose, Stream};
@@ -71,24 +71,24 @@ impl RegionSelection {
 
 impl SelectionByRegion {
     /// Surveys a scene. A scene with one emitter, or without reflection, needs no survey.
-    pub(super) fn of(scene: &Scene, stage: &Stage) -> SelectionByRegion {
-        if stage.emitters.list().len() < 2 || !stage.reflects() {
+    pub(super) fn of(scene: &Scene, world: &World) -> SelectionByRegion {
+        if world.emitters.list().len() < 2 || !world.reflects() {
             return SelectionByRegion::default();
         }
         let mut spots: Vec<TriangleSide> = (0..scene.triangles.len() as u32)
             .flat_map(|triangle| [(triangle, Side::Front), (triangle, Side::Back)])
-            .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.bsdf(*triangle).scatters())
-            .filter(|spot| !stage.is_unlit(*spot))
+            .filter(|(triangle, side)| world.receives(*triangle, *side) && world.bsdf(*triangle).scatters())
+            .filter(|spot| !world.is_unlit(*spot))
             .collect();
         let mut parts = Vec::new();
         let most = spots.len().div_ceil(MOST_REGIONS);
-        divide(scene, stage, &mut spots, most, &mut parts);
+        divide(scene, world, &mut spots, most, &mut parts);
 
         let found: Vec<RegionSurvey> = parts
             .par_iter()
             .with_max_len(1)
             .enumerate()
-            .map(|(region, spots)| survey(scene, stage, spots, region as u32))
+            .map(|(region, spots)| survey(scene, world, spots, region as u32))
             .collect();
         let rays = found.iter().map(|survey| survey.rays).sum();
         let [seen, hidden] = [0, 1].map(|which| found.iter().map(|survey| survey.light[which]).sum::<f64>());
@@ -123,7 +123,7 @@ impl SelectionByRegion {
     }
 }
 
-impl Stage {
+impl World {
     /// Share of the light of a sample that reaches a point: 1, 0, or what panes transmit.
     pub fn seen_share(&self, look: &LightSample, origin: &Origin) -> f64 {
         look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
@@ -160,13 +160,13 @@ impl Stage {
 /// the longest extent.
 fn divide<'a>(
     scene: &Scene,
-    stage: &Stage,
+    world: &World,
     spots: &'a mut [TriangleSide],
     most: usize,
     parts: &mut Vec<&'a [TriangleSide]>,
 ) {
     let facing = |(triangle, side): &TriangleSide| {
-        let normal = stage.normal(*triangle, *side);
+        let normal = world.normal(*triangle, *side);
         let axis = normal.abs().max_position();
         2 * axis + usize::from(normal[axis] < 0.0)
     };
@@ -231,7 +231,7 @@ struct RegionSurvey {
 }
 
 /// Surveys a region.
-fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> RegionSurvey {
+fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> RegionSurvey {
     let areas: Vec<f64> = spots
         .iter()
         .scan(0.0, |sum, (triangle, _)| {
@@ -247,9 +247,9 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> 
             let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
             let (triangle, side) = spots[place.min(spots.len() - 1)];
             let at = uniform_triangle(stream.pair());
-            let origin = stage.tracer.surface_origin(triangle, at, side);
-            let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
-            stage.light_samples_around(&origin, place, &mut stream, show, enough)
+            let origin = world.tracer.surface_origin(triangle, at, side);
+            let place = [world.tracer.position_m(&origin), world.normal_on(triangle, at, side)];
+            world.light_samples_around(&origin, place, &mut stream, show, enough)
         };
 
     let (mut rays, mut light) = (0, [0.0; 2]);

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::Stage;
+use super::World;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind};
@@ -102,11 +102,11 @@ impl PacketConnection {
 
 impl NearLuminaires {
     /// Finds the emitters that light surfaces from nearby. `None` if connections to them bring no gain.
-    pub fn of(stage: &Stage) -> Option<NearLuminaires> {
-        if !stage.reflects() {
+    pub fn of(world: &World) -> Option<NearLuminaires> {
+        if !world.reflects() {
             return None;
         }
-        let emitters = stage.emitters.list();
+        let emitters = world.emitters.list();
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
         let mut rays = 0;
         // Illuminance per lumen of the emitter, in 1/m², at the arrival of each packet.
@@ -114,20 +114,20 @@ impl NearLuminaires {
         for packet in 0..PACKETS {
             stream.seek_quasi(packet, 0, packet);
             let choice = (packet as f64 + 0.5) / PACKETS as f64;
-            let index = stage.emitters.index_at(choice);
+            let index = world.emitters.index_at(choice);
             // Sky and sun are far away.
             if emitters[index as usize].is_far() {
                 continue;
             }
             let emitted = emitters[index as usize].emit(&mut stream);
             rays += 1;
-            let Meeting::Surface(hit) = stage.tracer.first_hit(&stage.origin(&emitted.place), emitted.direction) else {
+            let Meeting::Surface(hit) = world.tracer.first_hit(&world.origin(&emitted.place), emitted.direction) else {
                 continue;
             };
-            let bsdf = stage.bsdf(hit.triangle);
-            if stage.receives(hit.triangle, hit.side) && matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)) {
-                let point_m = stage.tracer.position_m(&stage.leave(&hit, LobeKind::Spread));
-                let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal_at(&hit));
+            let bsdf = world.bsdf(hit.triangle);
+            if world.receives(hit.triangle, hit.side) && matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)) {
+                let point_m = world.tracer.position_m(&world.leave(&hit, LobeKind::Spread));
+                let lx = emitters[index as usize].unshadowed_lx(point_m, world.normal_at(&hit));
                 found.push((index, lx / emitters[index as usize].luminous_flux_lm));
             }
         }
@@ -137,10 +137,10 @@ impl NearLuminaires {
         };
         let matter =
             |distance_m: f64| near(distance_m).map(|(_, ratio)| ratio).sum::<f64>() > LEAST_MEAN * PACKETS as f64;
-        if !matter(stage.tracer.longest_m()) {
+        if !matter(world.tracer.longest_m()) {
             return None;
         }
-        let (distance_m, chain_rays) = median_distance_m(stage);
+        let (distance_m, chain_rays) = median_distance_m(world);
         if !matter(distance_m) {
             return None;
         }
@@ -158,9 +158,9 @@ impl NearLuminaires {
     }
 
     /// Numbers of the luminaires to which the near emitters belong.
-    pub fn luminaires(&self, stage: &Stage) -> impl Iterator<Item = usize> {
+    pub fn luminaires(&self, world: &World) -> impl Iterator<Item = usize> {
         let mut luminaires: Vec<usize> =
-            self.emitters.iter().map(|index| stage.emitters.list()[*index as usize].luminaire as usize).collect();
+            self.emitters.iter().map(|index| world.emitters.list()[*index as usize].luminaire as usize).collect();
         luminaires.dedup();
         luminaires.into_iter()
     }
@@ -186,7 +186,7 @@ impl NearLuminaires {
     #[inline]
     pub fn share_of_light_sample(
         &self,
-        stage: &Stage,
+        world: &World,
         emitter: u32,
         place: PointAndNormal,
         seen: DVec3,
@@ -200,7 +200,7 @@ impl NearLuminaires {
             // The walk met the point by rounding alone: a connection does not see it.
             return 1.0;
         }
-        met_per_m2 / (met_per_m2 + stage.roulette.connection_chance * self.lit_per_m2(stage, emitter, place))
+        met_per_m2 / (met_per_m2 + world.roulette.connection_chance * self.lit_per_m2(world, emitter, place))
     }
 
     /// Whether an emitter is near.
@@ -210,55 +210,55 @@ impl NearLuminaires {
     }
 
     /// Density in 1/m² of packets of an emitter at a point.
-    pub fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): PointAndNormal) -> f64 {
-        stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
+    pub fn lit_per_m2(&self, world: &World, emitter: u32, (point_m, normal): PointAndNormal) -> f64 {
+        world.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
     }
 
     /// One weighted sample of the illuminance of a point in lx, by way of the diffuse surfaces that near luminaires light. It is taken with
     /// the chance of [`Roulette`].
     pub fn connect_to_packet(
         &self,
-        stage: &Stage,
+        world: &World,
         to: PointAndNormal,
         to_origin: &Origin,
         stream: &mut Stream,
     ) -> PacketConnection {
-        let (spot, rays) = self.packet(stage, stream);
+        let (spot, rays) = self.packet(world, stream);
         spot.map_or(PacketConnection::nothing(rays), |spot| {
-            let found = self.seen_from(stage, &spot, to, to_origin);
+            let found = self.seen_from(world, &spot, to, to_origin);
             PacketConnection { rays: rays + found.rays, ..found }
         })
     }
 
     /// The spot that a packet of a near luminaire lights, and the number of rays traced. `None` if the packet lights no scattering surface,
     /// or if the chance of [`Roulette`] draws no packet.
-    pub fn packet(&self, stage: &Stage, stream: &mut Stream) -> (Option<LitSpot>, u64) {
-        let chance = stage.roulette.connection_chance;
+    pub fn packet(&self, world: &World, stream: &mut Stream) -> (Option<LitSpot>, u64) {
+        let chance = world.roulette.connection_chance;
         if chance < 1.0 && !stream.happens(chance) {
             return (None, 0);
         }
         let aim_lm = stream.fine_unit() * self.luminous_flux_lm();
         let number = self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm);
         let emitter = self.emitters[number.min(self.emitters.len() - 1)];
-        let emitted = stage.emitters.list()[emitter as usize].emit(stream);
-        let (mut origin, mut rays) = (stage.origin(&emitted.place), 0);
+        let emitted = world.emitters.list()[emitter as usize].emit(stream);
+        let (mut origin, mut rays) = (world.origin(&emitted.place), 0);
         loop {
             rays += 1;
-            let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, emitted.direction) else {
+            let Meeting::Surface(hit) = world.tracer.first_hit(&origin, emitted.direction) else {
                 return (None, rays);
             };
-            if !stage.receives(hit.triangle, hit.side) || stage.is_touched(&origin, &hit) {
+            if !world.receives(hit.triangle, hit.side) || world.is_touched(&origin, &hit) {
                 return (None, rays);
             }
-            let normal = stage.normal_at(&hit);
-            let leaving = match stage.bsdf(hit.triangle) {
+            let normal = world.normal_at(&hit);
+            let leaving = match world.bsdf(hit.triangle) {
                 Bsdf::Diffuse(bsdf) => Leaving::Reflected(bsdf.reflectance),
                 Bsdf::Translucent(bsdf) => {
                     Leaving::EitherSide { reflected: bsdf.reflectance, passed: bsdf.transmittance }
                 }
                 bsdf @ Bsdf::Glass(_) => match bsdf.sample(emitted.direction, normal, stream) {
                     Some(scattered) if scattered.lobe == LobeKind::Passed => {
-                        origin = stage.leave(&hit, scattered.lobe);
+                        origin = world.leave(&hit, scattered.lobe);
                         continue;
                     }
                     _ => return (None, rays),
@@ -271,12 +271,12 @@ impl NearLuminaires {
 
     /// Illuminance of a point from a spot, weighted against walks from the point that meet the spot. Its rays are those that test
     /// visibility.
-    pub fn seen_from(&self, stage: &Stage, spot: &LitSpot, to: PointAndNormal, to_origin: &Origin) -> PacketConnection {
+    pub fn seen_from(&self, world: &World, spot: &LitSpot, to: PointAndNormal, to_origin: &Origin) -> PacketConnection {
         let LitSpot { emitter, hit, normal, .. } = spot;
         let (leaving, lobe) = match spot.leaving {
             Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
             Leaving::EitherSide { reflected, passed } => {
-                let lit_m = stage.tracer.position_m(&stage.leave(hit, LobeKind::Spread));
+                let lit_m = world.tracer.position_m(&world.leave(hit, LobeKind::Spread));
                 let is_behind = (to.0 - lit_m).dot(*normal) < 0.0;
                 if is_behind { (passed, LobeKind::SpreadThrough) } else { (reflected, LobeKind::Spread) }
             }
@@ -284,16 +284,16 @@ impl NearLuminaires {
         if leaving <= 0.0 {
             return PacketConnection::nothing(0);
         }
-        let place_origin = stage.leave(hit, lobe);
-        let point_m = stage.tracer.position_m(&place_origin);
+        let place_origin = world.leave(hit, lobe);
+        let point_m = world.tracer.position_m(&place_origin);
         let seen = if lobe == LobeKind::SpreadThrough { -normal } else { *normal };
         let met_per_m2 = seen_per_m2((point_m, seen), to);
-        let lit_per_m2 = self.lit_per_m2(stage, *emitter, (point_m, *normal));
+        let lit_per_m2 = self.lit_per_m2(world, *emitter, (point_m, *normal));
         if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
             return PacketConnection::nothing(0);
         }
-        let share = lit_per_m2 / (met_per_m2 + stage.roulette.connection_chance * lit_per_m2);
-        let passed = stage.transmittance(to_origin, &place_origin);
+        let share = lit_per_m2 / (met_per_m2 + world.roulette.connection_chance * lit_per_m2);
+        let passed = world.transmittance(to_origin, &place_origin);
         let lx = self.luminous_flux_lm() * leaving * met_per_m2 * share * passed;
         PacketConnection { lx, rays: 1, met_per_m2, lit_per_m2 }
     }
@@ -308,13 +308,13 @@ fn seen_per_m2((point_m, normal): PointAndNormal, (from_m, from_normal): PointAn
 }
 
 /// Median distance in m from one surface to the next that packets meet, and the number of rays traced for it.
-pub fn median_distance_m(stage: &Stage) -> (f64, u64) {
+pub fn median_distance_m(world: &World) -> (f64, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 1, 0);
     let (mut distances_m, mut rays) = (Vec::new(), 0);
     for chain in 0..CHAINS {
         stream.seek_quasi(chain, 1, chain);
         let choice = stream.fine_unit();
-        let (_, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
+        let (_, chain_rays) = world.trace_chain(choice, &mut stream, |arrival| {
             if arrival.bounces > 0 {
                 distances_m.push(arrival.hit.distance_m);
             }

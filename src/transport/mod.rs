@@ -27,7 +27,7 @@ use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::scene::{Body, Elements, Scene, Side, body_of};
 
 /// A scene prepared for packets: tracer, elements, emitters, and for each triangle what a packet needs on arrival.
-pub struct Stage {
+pub struct World {
     /// Ray tracer of the scene.
     pub tracer: Tracer,
     /// Numbering of element sides.
@@ -115,9 +115,9 @@ pub enum End {
 /// space whose openings were not recognised as openings, since they belong to no room.
 pub const MOST_RAYS_OF_A_CHAIN: u64 = 200_000;
 
-impl Stage {
+impl World {
     /// Prepares a scene: builds the tracer and the lists.
-    pub fn new(scene: &Scene) -> Stage {
+    pub fn new(scene: &Scene) -> World {
         // The tracer comes first: building it takes the most memory, for a while.
         let tracer = Tracer::new(scene);
         let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
@@ -139,7 +139,7 @@ impl Stage {
         let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.bsdf as usize].bsdf.has_lobe());
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &bsdfs, &emitters);
-        let mut stage = Stage {
+        let mut world = World {
             tracer,
             elements: Elements::of(scene),
             area_m2: scene.area_m2(),
@@ -157,10 +157,10 @@ impl Stage {
             has_panes,
             has_lobes,
         };
-        unlit::mark_unlit(scene, &mut stage);
-        stage.selection_by_region = SelectionByRegion::of(scene, &stage);
-        stage.near_luminaires = NearLuminaires::of(&stage);
-        stage
+        unlit::mark_unlit(scene, &mut world);
+        world.selection_by_region = SelectionByRegion::of(scene, &world);
+        world.near_luminaires = NearLuminaires::of(&world);
+        world
     }
 
     /// Finds out which luminaires are visible from which cells, if this pays off in a run of about `planned_rays` rays. Only the first call

@@ -10,7 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Stage;
+use super::World;
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::random::{Purpose, Stream};
@@ -96,28 +96,28 @@ struct CellCounts {
 }
 
 /// Whether nearly all choices in a run of about `planned_rays` rays would be by cells.
-pub fn would_serve(stage: &Stage, planned_rays: f64) -> bool {
-    let emitters = stage.emitters.list();
+pub fn would_serve(world: &World, planned_rays: f64) -> bool {
+    let emitters = world.emitters.list();
     let shining_m2 =
         |emitter: &Emitter| emitter.exitance_lm_m2().map_or(0.0, |exitance| emitter.luminous_flux_lm / exitance);
     emitters.len() <= MOST_SERVED
-        && emitters.iter().map(shining_m2).sum::<f64>() <= MOST_SHINING * stage.area_m2
-        && rays_to_find_out(stage, planned_rays).is_some()
+        && emitters.iter().map(shining_m2).sum::<f64>() <= MOST_SHINING * world.area_m2
+        && rays_to_find_out(world, planned_rays).is_some()
 }
 
 /// Rays that the survey may take in a run of about `planned_rays` rays. `None` if it would not pay off.
-fn rays_to_find_out(stage: &Stage, planned_rays: f64) -> Option<f64> {
+fn rays_to_find_out(world: &World, planned_rays: f64) -> Option<f64> {
     let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
-    let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&stage.emitters.list().len());
-    (has_many && rays >= LEAST_RAYS && stage.selection_by_region.hidden_share() >= LEAST_HIDDEN).then_some(rays)
+    let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&world.emitters.list().len());
+    (has_many && rays >= LEAST_RAYS && world.selection_by_region.hidden_share() >= LEAST_HIDDEN).then_some(rays)
 }
 
 impl SelectionByCell {
     /// Surveys which emitters are visible from which cells, for a run of about `planned_rays` rays. `None` if that would not pay off.
-    pub fn of(stage: &Stage, planned_rays: f64) -> Option<SelectionByCell> {
-        let rays = rays_to_find_out(stage, planned_rays)?;
-        let emitters = stage.emitters.list().len();
-        let (mut met, chain_rays) = meetings(stage, (SHARE_OF_CHAINS * rays) as u64);
+    pub fn of(world: &World, planned_rays: f64) -> Option<SelectionByCell> {
+        let rays = rays_to_find_out(world, planned_rays)?;
+        let emitters = world.emitters.list().len();
+        let (mut met, chain_rays) = meetings(world, (SHARE_OF_CHAINS * rays) as u64);
         let mut map = SelectionByCell { emitters, ..SelectionByCell::over(&met)? };
         for meeting in &mut met {
             meeting.cell = map.cell(meeting.point_m, meeting.normal)?;
@@ -138,7 +138,7 @@ impl SelectionByCell {
             let looked: Vec<CellCounts> = part
                 .par_iter()
                 .with_max_len(1)
-                .filter_map(|cell| look_from(stage, map.center_m(cell[0].point_m), map.cell_m, cell))
+                .filter_map(|cell| look_from(world, map.center_m(cell[0].point_m), map.cell_m, cell))
                 .collect();
             for cell in looked {
                 map.numbers[cell.cell] = (map.cumulative.len() / emitters) as u32;
@@ -229,7 +229,7 @@ impl CellChoice<'_> {
 }
 
 /// Points where chains of about `most_rays` rays meet surfaces that scatter, and the number of rays traced.
-fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
+fn meetings(world: &World, most_rays: u64) -> (Vec<LitPlace>, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     let (mut met, mut rays) = (Vec::new(), 0);
     for chain in 0.. {
@@ -240,13 +240,13 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
         let choice = stream.fine_unit();
         let arrive = |arrival: &super::Arrival| {
             let hit = &arrival.hit;
-            if stage.bsdf(hit.triangle).scatters() {
-                let origin = stage.leave(hit, LobeKind::Spread);
-                let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal_at(hit));
+            if world.bsdf(hit.triangle).scatters() {
+                let origin = world.leave(hit, LobeKind::Spread);
+                let (point_m, normal) = (world.tracer.position_m(&origin), world.normal_at(hit));
                 met.push(LitPlace { cell: 0, point_m, normal, origin });
             }
         };
-        rays += stage.trace_chain(choice, &mut stream, arrive).1;
+        rays += world.trace_chain(choice, &mut stream, arrive).1;
     }
     (met, rays)
 }
@@ -260,8 +260,8 @@ struct Bounds {
 }
 
 /// Bounds of what the emitters may bring to points of a cell, in lx. `None` if an emitter is so near that it differs between the points.
-fn bounds_over(stage: &Stage, (center_m, cell_m): (DVec3, f64), places: &[&LitPlace]) -> Option<Bounds> {
-    let list = stage.emitters.list();
+fn bounds_over(world: &World, (center_m, cell_m): (DVec3, f64), places: &[&LitPlace]) -> Option<Bounds> {
+    let list = world.emitters.list();
     let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
@@ -297,11 +297,11 @@ fn mean_over(places: &[&LitPlace], of: impl Fn(&LitPlace) -> f64) -> f64 {
 
 /// Takes light samples of the emitters from points in a cell, starting with the emitters that may bring most. `None` if an emitter is so
 /// near that its illuminance differs between points of the cell, or if no emitter has a weight.
-fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
-    let list = stage.emitters.list();
+fn look_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
+    let list = world.emitters.list();
     let count = cell.len().min(PLACES as usize);
     let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
-    let Bounds { means, with_corners: bounds } = bounds_over(stage, (center_m, cell_m), &places)?;
+    let Bounds { means, with_corners: bounds } = bounds_over(world, (center_m, cell_m), &places)?;
     let bounds_sum: f64 = bounds.iter().sum();
     let mut order: Vec<usize> = (0..list.len()).filter(|emitter| bounds[*emitter] > 0.0).collect();
     order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
@@ -335,7 +335,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
                 continue;
             };
             rays += 1;
-            shares += stage.seen_share(&look, &place.origin);
+            shares += world.seen_share(&look, &place.origin);
         }
         let asked = asked as f64;
         let share = (shares + PRIOR) / (asked + 2.0 * PRIOR);
@@ -391,15 +391,15 @@ mod tests {
             lamps.join(", ")
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
+        let world = World::new(&scene);
         let places: Vec<LitPlace> = (0..4)
             .map(|place| {
                 let (point_m, normal) = (DVec3::new(0.2, 0.2 * f64::from(place), 0.5), DVec3::NEG_X);
-                LitPlace { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
+                LitPlace { cell: 0, point_m, normal, origin: world.tracer.side_origin(point_m, normal) }
             })
             .collect();
-        assert!(places.iter().all(|place| stage.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));
-        let cell = look_from(&stage, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
+        assert!(places.iter().all(|place| world.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));
+        let cell = look_from(&world, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
         let chance = CellChoice(&cell.cumulative).probability(3);
         assert!(chance > 10.0 * ANY / 4.0, "{chance}");
         let sum: f64 = (0..4).map(|lamp| CellChoice(&cell.cumulative).probability(lamp)).sum();
