@@ -153,10 +153,11 @@ mod tests {
                 GatheringParts { squared_lx2: [0.01; 3], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
             parts.growth(1.0)
         };
-        let ignorant = ResidualState { standard_error: [0.0, 4.0], variance: [0.0, 1.0], ..ResidualState::default() };
+        let ignorant =
+            ResidualState { standard_error: [0.0, 4.0, 0.0], variance: [0.0, 1.0, 0.0], ..ResidualState::default() };
         let walking = growth(ignorant);
         assert!(walking.reaches && walking.factors[WALKS] > 2.0 && walking.factors[2] == 1.0, "{walking:?}");
-        let unsure = ResidualState { chance: [0.0, 2.0], variance: [0.0, 1e4], ..ResidualState::default() };
+        let unsure = ResidualState { chance: [0.0, 2.0, 0.0], variance: [0.0, 1e4, 0.0], ..ResidualState::default() };
         let filling = growth(unsure);
         assert!(filling.reaches && filling.factors[2] > 2.0 && filling.factors[WALKS] < 1.5, "{filling:?}");
     }
@@ -166,10 +167,10 @@ mod tests {
     #[test]
     fn fuller_cells_need_less_correction() {
         let residuals = ResidualState {
-            common: [0.0, 0.0],
-            chance: [2.3, 45.0],
-            standard_error: [1.5, 4.6],
-            variance: [25.0, 230.0],
+            common: [0.0, 0.0, 0.0],
+            chance: [2.3, 45.0, 0.0],
+            standard_error: [1.5, 4.6, 0.0],
+            variance: [25.0, 230.0, 0.0],
             correction_variance: 147.0,
             silent_share: 0.0,
         };

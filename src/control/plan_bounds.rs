@@ -56,9 +56,9 @@ mod tests {
             squared_lx2: [0.01, 4.0, 0.01],
             rays: [1e5; KINDS],
             residuals: ResidualState {
-                common: [0.0, 0.5],
-                standard_error: [0.0, standard_error],
-                variance: [0.0, 1.0],
+                common: [0.0, 0.5, 0.0],
+                standard_error: [0.0, standard_error, 0.0],
+                variance: [0.0, 1.0, 0.0],
                 ..ResidualState::default()
             },
             degrees_of_freedom: 100.0,

@@ -265,8 +265,9 @@ fn take(world: &World, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream)
 
 /// Result of a residual walk.
 pub struct Walked {
-    /// Light found apart from cells, in lx.
+    /// Light found apart from cells, in lx: by the whole walk, and by its first step.
     pub plain_lx: f64,
+    pub plain_of_step_lx: f64,
     /// Bin of its first direction.
     pub bin: u8,
     /// Number of rays traced.
@@ -291,27 +292,30 @@ pub fn residual_walk(
     let (variates, weight_of_first) = drawn(density, stream);
     let bin = bin_of(variates) as u8;
     let (met, mut rays) = look_along(world, receiver, variates, cut, stream);
-    let mut plain_lx = 0.0;
     let Some(mut here) = met else {
-        return Walked { plain_lx, bin, rays };
+        return Walked { plain_lx: 0.0, plain_of_step_lx: 0.0, bin, rays };
     };
     let weight = weight * weight_of_first * here.reflectance;
+    let (mut plain_lx, mut plain_of_step_lx) = (0.0, 0.0);
     let mut surfaces = 0;
     while rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(surfaces) {
         surfaces += 1;
         note(here.pending_term(grid, -weight));
         let (beside_lx, met, more_rays) = send(world, &here.place.receiver(), cut, stream);
         plain_lx += weight * beside_lx;
+        if surfaces == 1 {
+            plain_of_step_lx = plain_lx;
+        }
         rays += more_rays;
         let Some(next) = met else {
-            return Walked { plain_lx, bin, rays };
+            return Walked { plain_lx, plain_of_step_lx, bin, rays };
         };
         note(next.pending_term(grid, weight * next.reflectance));
         if !stream.happens(next.reflectance) {
-            return Walked { plain_lx, bin, rays };
+            return Walked { plain_lx, plain_of_step_lx, bin, rays };
         }
         here = next;
     }
     world.patience.note_walk_given_up();
-    Walked { plain_lx, bin, rays }
+    Walked { plain_lx, plain_of_step_lx, bin, rays }
 }

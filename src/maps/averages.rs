@@ -3,7 +3,8 @@
 //! Neighbours look up the same cells. The errors of these cells do not average out as random errors do, and halves that share a cell error
 //! agree on it. Walks measure it, as they do for a map (`residuals.rs`).
 
-use super::residuals::{SURE, within_halves};
+use super::residual_state::SURE;
+use super::residuals::within_halves;
 use super::{CellsError, HALF, REPLICAS, Residuals};
 
 /// What walks measure of an average after corrections. Squares are in lx².
@@ -123,6 +124,7 @@ mod tests {
                         let off_lx = of_halves[replica % 2] + own;
                         map.indirect[replica][site] = 100.0 - off_lx + 4.0 * normal();
                         residuals.sums_lx[replica][site] = off_lx + walk_lx * normal();
+                        residuals.first_steps_lx[replica][site] = residuals.sums_lx[replica][site];
                     }
                 }
             }

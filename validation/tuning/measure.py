@@ -55,7 +55,7 @@ NUMBERS = [
     ("estimators/direct.rs", "SHARE_OF_BOUND"),
     ("transport/selection_by_cell.rs", "PLACES"),
     ("transport/selection_by_cell.rs", "SHARE_OF_RUN"),
-    ("maps/residuals.rs", "TO_BELIEVE"),
+    ("maps/residual_state.rs", "TO_BELIEVE"),
     ("caches/light.rs", "ENOUGH_SAMPLES"),
     ("sampling/guide.rs", "EVEN"),
     ("solver/guide.rs", "WORTHWHILE"),

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::records::{Records, look_up};
+use super::records::{Records, WalkRecord, look_up};
 use crate::caches::{CellGrid, CellLight};
 use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, gather, look_for_place, residual_walk};
 use crate::sampling::emitter_tree::Cut;
@@ -120,7 +120,7 @@ impl Gatherer<'_> {
         let mut pending: Vec<PendingTerm> = Vec::new();
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut bin, mut at) = (0.0, 0, [0.0; 2]);
+                let (mut plain_lx, mut plain_of_step_lx, mut bin, mut at) = (0.0, 0.0, 0, [0.0; 2]);
                 if let Some(site) = self.starts.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.starts.draw(&site, &mut stream);
@@ -129,14 +129,19 @@ impl Gatherer<'_> {
                         let note = |term: PendingTerm| pending.push(term);
                         let drawn = (start.weight, guide.density_at(entry));
                         let walked = residual_walk(world, grid, &start.receiver(), drawn, &mut cut, &mut stream, note);
-                        (plain_lx, bin, rays) = (walked.plain_lx, walked.bin, rays + walked.rays);
+                        (plain_lx, plain_of_step_lx) = (walked.plain_lx, walked.plain_of_step_lx);
+                        (bin, rays) = (walked.bin, rays + walked.rays);
                     }
                 }
                 if self.slopes {
                     records.walk_starts.push(at.map(|weight| weight as f32));
                 }
                 records.walk_bins.push(bin);
-                records.walks.push((plain_lx as f32, (records.walk_terms.len() + pending.len()) as u32));
+                records.walks.push(WalkRecord {
+                    plain_lx: plain_lx as f32,
+                    plain_of_step_lx: plain_of_step_lx as f32,
+                    end: (records.walk_terms.len() + pending.len()) as u32,
+                });
             }
             let found = pending.drain(..).map(Some);
             found.for_each(|term| look_up(grid, term, &mut records.walk_terms, &mut records.new_of_walks));

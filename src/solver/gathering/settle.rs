@@ -109,28 +109,31 @@ impl GatheringProgress {
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
-        let replicas = self.records.par_iter().with_max_len(1).zip(&mut residuals.sums_lx).enumerate();
-        let each = replicas.map(|(replica, (records, walked))| {
+        let sums = residuals.sums_lx.par_iter_mut().zip(&mut residuals.first_steps_lx);
+        let replicas = self.records.par_iter().with_max_len(1).zip(sums).enumerate();
+        let each = replicas.map(|(replica, (records, (walked, stepped)))| {
             let cells = sets.of(replica);
             walked.fill(0.0);
+            stepped.fill(0.0);
             let known = self.learned[1] as usize;
             let mut new = Vec::with_capacity((walk_count as usize).saturating_sub(known));
             let mut first = 0;
             let walks = records.walks.iter().zip(self.walks.entries(0..walk_count)).enumerate();
-            for (walk, ((plain_lx, end), (_, entry))) in walks {
-                let terms = &records.walk_terms[first as usize..*end as usize];
-                let gathered: f64 =
-                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.cell))).sum();
-                let lx = f64::from(*plain_lx) + gathered;
+            for (walk, (record, (_, entry))) in walks {
+                let [lx, of_step_lx] = record.found_lx(&records.walk_terms[first as usize..record.end as usize], cells);
                 walked[entry] += lx;
+                stepped[entry] += of_step_lx;
                 if walk >= known {
                     new.push(lx as f32);
                 }
                 if let Some(at) = records.walk_starts.get(walk) {
                     let slopes = slopes_at(at.map(f64::from)).into_iter().enumerate();
-                    slopes.for_each(|(k, slope)| walked[(1 + k) * sites + entry] += lx * slope);
+                    slopes.for_each(|(k, slope)| {
+                        walked[(1 + k) * sites + entry] += lx * slope;
+                        stepped[(1 + k) * sites + entry] += of_step_lx * slope;
+                    });
                 }
-                first = *end;
+                first = record.end;
             }
             new
         });
