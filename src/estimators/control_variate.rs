@@ -279,7 +279,7 @@ mod tests {
             for (place, (survey_samples, is_quasi)) in
                 [(16.0, false), (1024.0, false), (64.0, true)].into_iter().enumerate()
             {
-                let expectation = pass.expect(&world, &receiver, survey_samples);
+                let expectation = pass.control_variate(&world, &receiver, survey_samples);
                 let mut views = Views::default();
                 let mut sample = |stream: &mut Stream| expectation.sample(&world, &receiver, &mut views, stream);
                 let ((mean, error), rays) = sampled(5, is_quasi, &mut sample);
@@ -307,7 +307,7 @@ mod tests {
         let (point_m, normal) = (DVec3::new(1.0, 1.0, 1.0), DVec3::Z);
         let origin = world.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
-        let expectation = DirectPass::default().expect(&world, &receiver, 64.0);
+        let expectation = DirectPass::default().control_variate(&world, &receiver, 64.0);
         let (lx, rays) =
             expectation.sample(&world, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
         assert!((lx - 100.0).abs() < 1e-9 && rays == 0, "{lx} lx by {rays} rays");

@@ -84,7 +84,7 @@ impl DirectPass {
 
     /// The control variate of a point, for any number of samples there (docs/methods.md, section 2). An emitter that gives all of the light
     /// there gets `survey_samples` light samples, the others get their shares of that.
-    pub fn expect(&mut self, world: &World, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
+    pub fn control_variate(&mut self, world: &World, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
         let rays = self.weigh_at(world, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
         let mut control_variate = ControlVariate::of(world, receiver, &self.importance, survey_samples, &mut stream);

@@ -63,7 +63,7 @@ pub struct DirectSampler<'a> {
 impl<'a> DirectSampler<'a> {
     /// The control variate of a point, from about `survey_samples` light samples (L of docs/methods.md, section 2). It is empty for all
     /// quantities but the illuminance on the receiver's own plane.
-    pub fn expect(
+    pub fn control_variate(
         world: &World,
         quantity: Quantity,
         receiver: &Receiver,
@@ -71,7 +71,7 @@ impl<'a> DirectSampler<'a> {
         survey_samples: f64,
     ) -> ControlVariate {
         match quantity {
-            Quantity::Perpendicular => pass.expect(world, receiver, survey_samples),
+            Quantity::Perpendicular => pass.control_variate(world, receiver, survey_samples),
             _ => ControlVariate::default(),
         }
     }

@@ -13,7 +13,7 @@ pub struct Judgement {
     /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean, docs/methods.md (7).
     pub halves_error: f64,
     /// Expected random error from the spread of all replicas. It estimates the same quantity, with 15 degrees of freedom per entry instead
-    /// of one.
+    /// of one. For gathered maps it is the spread within the halves, plus the random error of their cells.
     pub expected_error: f64,
     /// Estimated bias that the even and the odd half share, from the cells. It is 0 for an unbiased estimator.
     pub bias: f64,

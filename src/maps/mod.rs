@@ -30,10 +30,13 @@ pub use residual_state::{RemainingError, ResidualState};
 pub use residuals::{CellsError, Measured, MeasuredPart, Residuals, half_squares};
 pub use result::*;
 pub use scores::{EntryScores, GroupScores, Levels, PartScores, ScoreEvidence, Scores};
-pub use stated::{StatedValues, grid_places, stated_error, stated_row};
+pub use stated::{StatedValues, grid_places, stated_row, worst_case_error};
 pub use tables::{Places, TableSubject, table_row};
 
 /// Number of independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
 /// Number of replicas in one half.
 pub const HALF: usize = REPLICAS / 2;
+
+/// Numerator of the 95 % confidence bound: if none of N packets went somewhere, less than 3/N of the flux goes there.
+pub const PACKETS_OF_A_BOUND: f64 = 3.0;

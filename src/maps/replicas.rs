@@ -8,7 +8,7 @@ use super::basis::{Linear, SLOPES};
 use super::children::{ChildElement, on_children};
 use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
-use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
+use super::{CellsError, HALF, Levels, MapValues, PACKETS_OF_A_BOUND, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
 /// Sums of scores in every replica, with direct and indirect light separate. Entry `i` is the mean of site `i`, an element side or a point.
 ///
@@ -310,7 +310,7 @@ impl ReplicaMap {
         if packets == 0.0 || entries_area_m2 == 0.0 || entries.into_iter().any(|entry| self.indirect_sum(entry) > 0.0) {
             return 0.0;
         }
-        3.0 * luminous_flux_lm / (packets * entries_area_m2)
+        PACKETS_OF_A_BOUND * luminous_flux_lm / (packets * entries_area_m2)
     }
 
     /// Returns the statistics of rare scores: see [`RareScores`].
@@ -351,7 +351,7 @@ impl ReplicaMap {
             let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
                 && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
-            let bound_lx = if unseen { 3.0 * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
+            let bound_lx = if unseen { PACKETS_OF_A_BOUND * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
             let direct_scale = self.direct_samples.inverse(self.site_of(entry));
             let of_replica_lx = |replica: usize| direct_scale * self.direct_lx[replica][entry];
             values.direct_standard_error_lx.push(standard_error(of_replica_lx));

@@ -40,8 +40,8 @@ impl<'a> StatedValues<'a> {
     }
 }
 
-/// Returns the stated error of a map. All of it is bias.
-pub fn stated_error(values: &StatedValues) -> MapError {
+/// Returns the error of a map whose values have an error each, for example by light meshes. All of it is bias.
+pub fn worst_case_error(values: &StatedValues) -> MapError {
     let bias = values.relative_error();
     MapError {
         random: 0.0,

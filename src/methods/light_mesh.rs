@@ -10,10 +10,10 @@ use crate::light_mesh::{
     MapPlan, NotForLightMesh, Planner, RADIUS_PER_STEP, SamplePlacing, Samples, Solids, Surroundings, TracedMap, Why,
     Wishes, check,
 };
-use crate::maps::{MapError, MapKind, MapResult};
+use crate::maps::{MapError, MapKind, MapResult, PACKETS_OF_A_BOUND};
 use crate::scene::{Elements, Scene, joined};
 use crate::solver::{ConvergenceRow, ErrorParts, Observer, Progress, Settings, Solution, Spending, StopReason};
-use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
+use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 use crate::transport::World;
 
 use super::light_mesh_words::{said, step_not_taken, why_in_words};

@@ -11,7 +11,7 @@ use super::field::{AxisPoints, FacePoints, IndirectField};
 use super::mesh::{RoomMesh, extrapolated, graded_edges};
 use super::room::BoxedRoom;
 use crate::maps::{
-    MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, grid_slopes, stated_error, stated_row,
+    MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, grid_slopes, stated_row, worst_case_error,
 };
 use crate::scene::{
     ElementSizes, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid,
@@ -163,7 +163,7 @@ impl<'a> Radiosity<'a> {
                 stated_row(name, TableKind::Surface, "front", area_m2, &part, &places)
             })
             .collect();
-        let error = stated_error(&StatedValues::of(&values, &weights, 0..entries.len()));
+        let error = worst_case_error(&StatedValues::of(&values, &weights, 0..entries.len()));
         result("elements", MapKind::Elements, values, error, tables)
     }
 
@@ -217,7 +217,7 @@ impl<'a> Radiosity<'a> {
         };
         let all = StatedValues::of(&values, &weights, 0..points.len());
         let (error, tables) =
-            (stated_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all, &all.places())]);
+            (worst_case_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all, &all.places())]);
         result(&receivers.name, MapKind::Receivers(set), values, error, tables)
     }
 

@@ -173,7 +173,8 @@ impl Stream {
     /// Draws whether something of this probability happens.
     ///
     /// A quasi-random stream uses one variate for all decisions of this kind. The survival of a chain at its first, second and third
-    /// reflection is then distributed over the chains as evenly as a single variate.
+    /// reflection is then distributed over the chains as evenly as a single variate. Light samples must not use it: a stream keeps this variate
+    /// from one light sample to the next ([`Stream::unit`] serves there).
     #[inline]
     pub fn happens(&mut self, probability: f64) -> bool {
         if self.quasi.is_none() {

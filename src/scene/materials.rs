@@ -401,3 +401,26 @@ fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], Sc
     }
     Ok(shares)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The number of a type is the place of its row.
+    #[test]
+    fn every_type_has_the_name_of_its_row() {
+        let (diffuse_reflectance, specular_reflectance, exponent) = (0.4, 0.3, 20.0);
+        let types = [
+            (BsdfParameters::Diffuse { reflectance: 0.5 }, "diffuse"),
+            (BsdfParameters::Phong { diffuse_reflectance, specular_reflectance, exponent }, "phong"),
+            (BsdfParameters::Mirror { reflectance: 0.9 }, "mirror"),
+            (BsdfParameters::Glass { refractive_index: 1.5, internal_transmittance: 0.9, glazed_share: 1.0 }, "glass"),
+            (BsdfParameters::Translucent { diffuse_reflectance, diffuse_transmittance: 0.3 }, "translucent"),
+            (BsdfParameters::Blinn { diffuse_reflectance, specular_reflectance, exponent }, "blinn"),
+        ];
+        assert_eq!(types.len(), MATERIAL_TYPES.len());
+        for (bsdf, name) in types {
+            assert_eq!(bsdf.name(), name);
+        }
+    }
+}

@@ -5,7 +5,7 @@ use super::context::Context;
 use super::ends::Ends;
 use super::glare::{rate, words_on_outside};
 use super::glare_rating::{GlareRating, worst_of_sets};
-use super::job::{Engine, Job, PACKETS_OF_A_BOUND};
+use super::job::{Engine, Job};
 use super::sky_components::sky_components_lx;
 use super::spending::{Activity, Spending};
 use super::surface_tables::{receiver_table, surface_tables};
@@ -13,7 +13,9 @@ use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solu
 use crate::base::memory::limit_bytes;
 use crate::check::{luminaires_aimed_at_backs, luminaires_behind_surfaces};
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
-use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
+use crate::maps::{
+    MapError, MapKind, MapResult, PACKETS_OF_A_BOUND, REPLICAS, StatisticalCheck, TableRow, standard_error,
+};
 use crate::sampling::reflection::Bsdf;
 use crate::transport::MOST_RAYS_OF_A_CHAIN;
 use std::time::Instant;

@@ -37,11 +37,9 @@ use super::passes::{self, Deposits};
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use crate::estimators::control_variate::ControlVariates;
-use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, judge};
+use crate::maps::{Judgement, MapKind, PACKETS_OF_A_BOUND, REPLICAS, ReplicaMap, Tally, judge};
 use crate::scene::Elements;
 
-/// Numerator of the 95 % confidence bound: if none of N packets went somewhere, less than 3/N of the flux goes there.
-pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is still dark after this many chains, or gathering rays, divided by the target error is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
@@ -95,7 +93,7 @@ pub struct Job {
     costs: Costs,
     share: DirectShare,
     /// Control variates of direct light at the map's points.
-    expectations: ControlVariates,
+    control_variates: ControlVariates,
     /// State that each estimator of indirect light needs.
     walking: WalkingState,
     gathering: GatheringState,
@@ -134,7 +132,7 @@ impl Job {
     ) -> Job {
         // Where elements show slopes, the slopes have a random error of their own.
         let numbers = numbers_per_site(&weights, map.len());
-        let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
+        let (direct, control_variates) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(context.scene, kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Local(kernel)) if context.world.reflects() => {
@@ -159,7 +157,7 @@ impl Job {
             costs: Costs { direct, indirect, walked },
             walking: WalkingState { sharing, ..WalkingState::default() },
             share: DirectShare::of(direct, indirect, [entries; 2]),
-            expectations,
+            control_variates,
             connecting: ConnectingState { plan: local, offered: None },
             ..Job::bare(context, kind, elements, (map, weights), bound, engine)
         };
@@ -198,7 +196,7 @@ impl Job {
             direct_variance_lx2: 0.0,
             costs: Costs::default(),
             share: DirectShare::default(),
-            expectations: ControlVariates::default(),
+            control_variates: ControlVariates::default(),
             walking: WalkingState::default(),
             gathering: GatheringState::default(),
             connecting: ConnectingState::default(),
@@ -348,7 +346,7 @@ impl Job {
     /// Does a part of a pass over direct light, or several passes, towards `passes`.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
         // The first pass also makes the control variate of every point.
-        let survey_rays = if self.map.direct_samples.complete == 0 { self.expectations.survey_rays } else { 0.0 };
+        let survey_rays = if self.map.direct_samples.complete == 0 { self.control_variates.survey_rays } else { 0.0 };
         let rays = self.share.rays_per_pass + survey_rays * self.map.len() as f64 / REPLICAS as f64;
         let (entries, times) = slice_of_passes(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
@@ -358,7 +356,7 @@ impl Job {
             }
             (MapKind::Elements, None) => passes::direct_over_elements(context, elements, map, part.0, part.1),
             (MapKind::Receivers(set), _) => {
-                passes::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
+                passes::direct_at_points(context, set, map, &mut self.control_variates, part.0, part.1)
             }
         };
         self.work.rays += rays;

@@ -39,7 +39,6 @@ mod verdicts;
 
 pub use glare_rating::{GlareRating, worst_of_sets};
 pub use job::Hindrance;
-pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use merge::{Merged, MoreShares, merge};
 pub use portion::{MapOfShare, MapSums, Portion, Share};
 pub use run::{

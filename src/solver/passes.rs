@@ -259,7 +259,7 @@ pub fn direct_at_points(
             let control_variate = kept.of(entry).unwrap_or_else(|| {
                 let survey_samples = kept.survey_samples;
                 let control_variate =
-                    DirectSampler::expect(world, receivers.quantity, &receiver, &mut pass, survey_samples);
+                    DirectSampler::control_variate(world, receivers.quantity, &receiver, &mut pass, survey_samples);
                 rays += control_variate.rays;
                 made.push((entry, control_variate));
                 &made[made.len() - 1].1

@@ -206,7 +206,7 @@ fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (Part
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut scratch = DirectPass::default();
-        let control_variate = DirectSampler::expect(world, quantity, receiver, &mut scratch, survey_samples);
+        let control_variate = DirectSampler::control_variate(world, quantity, receiver, &mut scratch, survey_samples);
         let mut look = DirectSampler::new(world, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
         site.add(context, weight, passes, || look.sample(stream));

@@ -34,6 +34,9 @@ pub(super) trait Light {
     fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64;
 
     /// A light sample: see [`super::Emitter::light_sample`].
+    ///
+    /// It draws its point from the first variates of the stream, the same way at every call, and never by [`Stream::happens`]: control variates
+    /// give each light sample a part of the square of these variates. Its mean without shadows is `unshadowed_lx`. `None`: nothing can arrive.
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample>;
 
     /// A triangle prepared for one point: see [`super::Emitter::view`].

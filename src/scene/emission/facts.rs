@@ -49,7 +49,8 @@ impl Emission {
         self.facts().place_m
     }
 
-    /// Radius in m of the ball about its position where rays may start or hit. Openings are small and count as their middle: 0.
+    /// Radius in m of the ball about its position where rays may start or hit. Photometric openings are small and count as their middle: 0. A
+    /// ring has its outer radius.
     pub fn radius_m(&self) -> f64 {
         self.facts().radius_m
     }

@@ -1,8 +1,8 @@
 //! What follows from the judgement of a job, whether the job made its samples itself or shares of a run made them.
 
-use super::{Engine, Job, PACKETS_OF_A_BOUND};
+use super::{Engine, Job};
 use crate::control::statistical_checks;
-use crate::maps::{MapKind, PastJudgement, ScoreEvidence};
+use crate::maps::{MapKind, PACKETS_OF_A_BOUND, PastJudgement, ScoreEvidence};
 use crate::solver::context::Context;
 use crate::solver::local::Kernel;
 

@@ -232,8 +232,8 @@ impl Run<'_> {
     /// Rays, approximately, for which walks and gathering take light samples until the run's end, from the measurements of the pilots;
     /// infinite if only a limit or the user ends it.
     fn planned_rays(&self) -> f64 {
-        let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Collision;
-        let jobs = self.jobs.iter().filter(looks);
+        let takes_light_samples = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Collision;
+        let jobs = self.jobs.iter().filter(takes_light_samples);
         match (self.settings.chains, self.target_error) {
             (Some(chains), _) => jobs.map(|job| job.rays_to(job.samples_for(chains))).sum(),
             (None, None) => f64::INFINITY,
@@ -304,7 +304,7 @@ impl Run<'_> {
     /// Judges a map, and plans what it needs next.
     pub fn look(&mut self, index: usize) {
         let started = Instant::now();
-        let needed = self.judge(index);
+        let needed = self.accept_or_go_on(index);
         let bound = self.jobs[index].bound;
         let is_refined = self.refine_elements(index);
         if !is_refined {
@@ -322,7 +322,7 @@ impl Run<'_> {
 
     /// Judges a map by the stop rule and the statistical checks, and sets the samples of its next look. Returns the ratio of the work that
     /// the target takes to the work so far.
-    fn judge(&mut self, index: usize) -> f64 {
+    fn accept_or_go_on(&mut self, index: usize) -> f64 {
         let (context, target_error) = (self.context, self.target_error);
         let job = &mut self.jobs[index];
         job.settle_gathering(self.sets.as_mut());
