@@ -250,7 +250,7 @@ impl Job {
             }
             (_, Engine::Gather) => {
                 // After a first look the map changes to local estimation if that takes less.
-                let by_gathering = self.work_by_gathering(context, target);
+                let by_gathering = self.rays_by_gathering(target);
                 let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));

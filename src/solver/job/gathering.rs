@@ -171,17 +171,28 @@ impl Job {
     /// luminaires takes work beside rays, which counts as it does for walks.
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
         let error_lx = error * self.mean_without_gathering_lx();
-        let entries = self.gathered().len() as f64;
-        let of_one = self.costs.walked.variance_lx2 / (error_lx * error_lx);
-        let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
-        let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
+        let rays = self.indirect_rays_by_gathering(error);
         let looks_out = context.world.would_learn_selection_by_cell(rays);
         let choosing = if looks_out { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // If a look is cheap relative to walks it is taken: it shows more than the pilot of walks can.
         let without = self.work_without_gathering(context, error_lx);
         if to_first_look < SHARE_OF_A_LOOK * without { work.min(WORTH_A_LOOK * without) } else { work }
+    }
+
+    /// Rays by cells to an error, direct light included, from what the pilot measured of walks.
+    pub fn rays_by_gathering(&self, error: f64) -> f64 {
+        self.rays_with_direct(self.indirect_rays_by_gathering(error), error * self.mean_without_gathering_lx())
+    }
+
+    /// The same for indirect light alone.
+    fn indirect_rays_by_gathering(&self, error: f64) -> f64 {
+        let error_lx = error * self.mean_without_gathering_lx();
+        let entries = self.gathered().len() as f64;
+        let of_one = self.costs.walked.variance_lx2 / (error_lx * error_lx);
+        let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
+        self.rays_to_first_look(error).max(RAYS_OF_A_RAY * of_one * (entries + walks))
     }
 
     /// Rays of indirect light before the first look, approximately.
