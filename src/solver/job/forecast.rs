@@ -248,17 +248,7 @@ impl Job {
                     self.adapting.coarse.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
                 (without.min(by_gathering), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
-            (_, Engine::Gather) => {
-                // After a first look the map changes to local estimation if that takes less.
-                let by_gathering = self.rays_by_gathering(target);
-                let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
-                let by_chains =
-                    by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
-                let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
-                // Half of the maps walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
-                let beyond_look = (hoped * self.rays_without_gathering(context, error_lx)).sqrt();
-                (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
-            }
+            (_, Engine::Gather) => (self.rays_by_pilot_of_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS),
             (Some(plan), Engine::Local(_)) => {
                 (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
             }
@@ -271,6 +261,23 @@ impl Job {
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
         (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
+    }
+
+    /// Rays to a target by the pilot of walks, for a map that gathers or is about to.
+    fn rays_by_pilot_of_cells(&self, context: &Context, target: f64) -> f64 {
+        let error_lx = target * self.mean_without_gathering_lx();
+        // After a first look the map changes to local estimation if that takes less.
+        let by_gathering = self.rays_by_gathering(target);
+        let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
+        let by_chains = by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
+        let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
+        // Half of the maps walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
+        self.rays_of_first_look(context) + (hoped * self.rays_without_gathering(context, error_lx)).sqrt()
+    }
+
+    /// Forecast of the rays to a target for a map that is about to gather.
+    pub fn rays_left_by_cells(&self, context: &Context, target: f64) -> Forecast {
+        Forecast::spread(self.rays_by_pilot_of_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS)
     }
 
     /// Forecast from the samples so far and the error that remained.

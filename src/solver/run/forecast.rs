@@ -3,6 +3,7 @@
 use super::progress::SlowestMap;
 use super::state::{FIRST_LOOK_RAYS, Run};
 use crate::control::Forecast;
+use crate::solver::choice;
 use crate::solver::job::{Hindrance, Job};
 use crate::solver::sparse::rays_to_fill;
 
@@ -46,7 +47,7 @@ impl Run<'_> {
             return Some((left, Forecast::known(to_limit_s?)));
         }
         let mut left = self.left()?;
-        if self.may_gather() && !self.clock.has_piloted() {
+        if self.is_undecided() {
             left.rays = left.rays.times(1.0, DEVIATION_BEFORE_CHOICE);
         }
         let mut seconds = self.clock.seconds_of(left.rays, left.timed, rays, wall_s);
@@ -57,6 +58,11 @@ impl Run<'_> {
         Some((left, seconds))
     }
 
+    /// Whether methods other than walks and counts are still to be considered.
+    fn is_undecided(&self) -> bool {
+        self.may_gather() && !self.clock.has_piloted()
+    }
+
     /// What all maps still take. `None` if nothing is known about one of them.
     fn left(&self) -> Option<WorkLeft> {
         let mut left = WorkLeft::default();
@@ -64,7 +70,14 @@ impl Run<'_> {
         // In about one of four runs a check refuses a map once. This is inside the interval.
         let (mut refused, mut filling) = (0.0f64, 0.0);
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
-            let rays = self.left_of(job)?;
+            let about_to_gather = |target: &f64| {
+                let is_free = self.settings.chains.is_none() && self.is_undecided();
+                is_free && choice::is_about_to_gather(self.context, job, *target)
+            };
+            let rays = match self.target_error.filter(about_to_gather) {
+                Some(target) => job.rays_left_by_cells(self.context, target),
+                None => self.left_of(job)?,
+            };
             let hindrance = self.target_error.and_then(|target| job.hindrance(target));
             if let Some(seconds_per_ray) = job.seconds_per_ray() {
                 left.timed.0 += rays.expected;
