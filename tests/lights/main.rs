@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod all_kinds;
 mod box_openings;
 mod daylight;
 mod hidden_lamps;
