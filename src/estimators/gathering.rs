@@ -290,32 +290,31 @@ pub fn residual_walk(
     mut note: impl FnMut(PendingTerm),
 ) -> Walked {
     let (variates, weight_of_first) = drawn(density, stream);
-    let bin = bin_of(variates) as u8;
-    let (met, mut rays) = look_along(world, receiver, variates, cut, stream);
+    let (met, rays) = look_along(world, receiver, variates, cut, stream);
+    let mut walked = Walked { plain_lx: 0.0, plain_of_step_lx: 0.0, bin: bin_of(variates) as u8, rays };
     let Some(mut here) = met else {
-        return Walked { plain_lx: 0.0, plain_of_step_lx: 0.0, bin, rays };
+        return walked;
     };
     let weight = weight * weight_of_first * here.reflectance;
-    let (mut plain_lx, mut plain_of_step_lx) = (0.0, 0.0);
     let mut surfaces = 0;
-    while rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(surfaces) {
+    while walked.rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(surfaces) {
         surfaces += 1;
         note(here.pending_term(grid, -weight));
         let (beside_lx, met, more_rays) = send(world, &here.place.receiver(), cut, stream);
-        plain_lx += weight * beside_lx;
+        walked.plain_lx += weight * beside_lx;
         if surfaces == 1 {
-            plain_of_step_lx = plain_lx;
+            walked.plain_of_step_lx = walked.plain_lx;
         }
-        rays += more_rays;
+        walked.rays += more_rays;
         let Some(next) = met else {
-            return Walked { plain_lx, plain_of_step_lx, bin, rays };
+            return walked;
         };
         note(next.pending_term(grid, weight * next.reflectance));
         if !stream.happens(next.reflectance) {
-            return Walked { plain_lx, plain_of_step_lx, bin, rays };
+            return walked;
         }
         here = next;
     }
     world.patience.note_walk_given_up();
-    Walked { plain_lx, plain_of_step_lx, bin, rays }
+    walked
 }

@@ -91,11 +91,18 @@ impl ResidualState {
         ScaleSquares { both: common + chance, chance, standard_error: self.standard_error[scale] }
     }
 
-    /// Returns the share of a scale that is corrected.
-    fn share(&self, scale: usize) -> f64 {
-        let squared = self.of_scale(scale).both.max(0.0);
-        let all = squared + self.variance[scale] / REPLICAS as f64;
-        if all > 0.0 { squared / all } else { 0.0 }
+    /// Returns the share of each scale that is corrected.
+    fn shares(&self) -> OfScales {
+        std::array::from_fn(|scale| {
+            let squared = self.of_scale(scale).both.max(0.0);
+            let all = squared + self.variance[scale] / REPLICAS as f64;
+            if all > 0.0 { squared / all } else { 0.0 }
+        })
+    }
+
+    /// Returns the share of the entries, by weight, that have no walks of their own at a scale.
+    fn silent_at(&self, scale: usize) -> f64 {
+        if scale == REGIONS { 0.0 } else { self.silent_share }
     }
 
     /// Returns the state for cells with `times` as many samples: their squared random error falls as 1/`times`, their squared bias as
@@ -127,14 +134,14 @@ impl ResidualState {
 
     /// Returns the remaining error after the correction by walks.
     pub fn remaining_lx2(&self) -> RemainingError {
-        self.remaining_by(std::array::from_fn(|scale| self.share(scale)), SURE)
+        self.remaining_by(self.shares(), SURE)
     }
 
     /// Returns the remaining error after correction by these shares. `sure` standard errors are added to the measured values.
     pub(super) fn remaining_by(&self, shares: OfScales, sure: f64) -> RemainingError {
         let (mut both, mut chance, mut variance) = (0.0, 0.0, 0.0);
         for (scale, share) in shares.into_iter().enumerate() {
-            let silent = if scale == REGIONS { 0.0 } else { self.silent_share };
+            let silent = self.silent_at(scale);
             let kept = (1.0 - silent) * (1.0 - share).powi(2) + silent;
             let squares = self.of_scale(scale);
             both += kept * squares.both;
@@ -149,8 +156,8 @@ impl ResidualState {
     /// Returns the variance of the correction in one replica, apart from that of the map's mean. Where cells have little error, little of
     /// it is corrected.
     pub fn correction_lx2(&self) -> f64 {
-        let of_scale = |scale: usize| self.share(scale).powi(2) * self.variance[scale];
-        of_scale(REGIONS) + (1.0 - self.silent_share) * (of_scale(FIRST_STEP) + of_scale(LATER_STEPS))
+        let corrected = self.shares().into_iter().zip(self.variance).enumerate();
+        corrected.map(|(scale, (share, variance))| (1.0 - self.silent_at(scale)) * share.powi(2) * variance).sum()
     }
 
     /// Returns the state that would result if all entries had walks, the same number each.

@@ -66,7 +66,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Returns the remaining error of the cells over both scales, in lx²: the squared bias that both halves share and the squared random
+    /// Returns the remaining error of the cells over all scales, in lx²: the squared bias that both halves share and the squared random
     /// error. `sure` standard errors are added to the measured values.
     fn remaining(&self, sure: f64) -> RemainingError {
         let [one, other] = self.shares.map(|shares| self.state.remaining_by(shares, sure));

@@ -147,7 +147,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
     let of_local = offered.as_ref().map_or(f64::INFINITY, |offer| offer.work);
     let gathers = |work: f64| {
         if job.kind != MapKind::Elements {
-            return work < worth_of_gathering(job) * without.min(of_local);
+            return points_gather(job, work, without.min(of_local));
         }
         let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
         work < without && looks || work < without.min(of_local)
@@ -164,17 +164,18 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
     false
 }
 
-/// Share of the work of other methods below which points gather.
-fn worth_of_gathering(job: &Job) -> f64 {
-    (job.rays_of_a_walk() / RAYS_OF_A_WALK_WORTH_GATHERING).min(1.0)
+/// Whether points gather, by the work for it and that of the cheapest other method.
+fn points_gather(job: &Job, work: f64, at_best: f64) -> bool {
+    work < (job.rays_of_a_walk() / RAYS_OF_A_WALK_WORTH_GATHERING).min(1.0) * at_best
 }
 
 /// Whether points will gather by what their pilot of walks shows, before local estimation is considered.
 pub fn is_about_to_gather(context: &Context, job: &Job, target: f64) -> bool {
-    let can = job.kind != MapKind::Elements && job.can_gather(context) && job.mean_without_gathering_lx() > 0.0;
-    let without = || job.work_without_gathering(context, target * job.mean_without_gathering_lx());
-    let pays = || job.work_by_gathering(context, target) < worth_of_gathering(job) * without();
-    can && (context.method == Method::Gather || pays())
+    if job.kind == MapKind::Elements || !job.has_light_to_gather(context) {
+        return false;
+    }
+    let without = job.work_without_gathering(context, target * job.mean_without_gathering_lx());
+    context.method == Method::Gather || points_gather(job, job.work_by_gathering(context, target), without)
 }
 
 /// The comparison for a map, as text: work to the target.

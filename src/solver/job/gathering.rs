@@ -119,6 +119,11 @@ impl Job {
         finds_all && counts && !self.black && !self.is_seen(context)
     }
 
+    /// Whether cells can give the light of the map, and its pilot found light.
+    pub fn has_light_to_gather(&self, context: &Context) -> bool {
+        self.can_gather(context) && self.mean_without_gathering_lx() > 0.0
+    }
+
     /// Prepares gathering for a target error: elements that adapt get coarse ones, and a pilot measures walks from elements.
     pub fn prepare_gathering(&mut self, context: &Context, error: f64) {
         // Before elements are cut, no contact occlusion is known. This is enough for a forecast.

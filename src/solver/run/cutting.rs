@@ -15,7 +15,7 @@ impl Run<'_> {
         };
         let (gathers, error) = (self.may_gather(), self.error_to_plan_for());
         let job = &mut self.jobs[index];
-        if gathers && job.can_gather(self.context) && job.mean_without_gathering_lx() > 0.0 {
+        if gathers && job.has_light_to_gather(self.context) {
             job.prepare_gathering(self.context, error);
         }
         loop {

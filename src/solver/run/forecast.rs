@@ -70,14 +70,7 @@ impl Run<'_> {
         // In about one of four runs a check refuses a map once. This is inside the interval.
         let (mut refused, mut filling) = (0.0f64, 0.0);
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
-            let about_to_gather = |target: &f64| {
-                let is_free = self.settings.chains.is_none() && self.is_undecided();
-                is_free && choice::is_about_to_gather(self.context, job, *target)
-            };
-            let rays = match self.target_error.filter(about_to_gather) {
-                Some(target) => job.rays_left_by_cells(self.context, target),
-                None => self.left_of(job)?,
-            };
+            let rays = self.left_of(job)?;
             let hindrance = self.target_error.and_then(|target| job.hindrance(target));
             if let Some(seconds_per_ray) = job.seconds_per_ray() {
                 left.timed.0 += rays.expected;
@@ -110,6 +103,9 @@ impl Run<'_> {
             (Some(chains), Some(target)) => {
                 let most = to_chains(chains).expected;
                 Some(job.rays_left(self.context, target).map_or(Forecast::known(most), |left| left.at_most(most)))
+            }
+            (None, Some(target)) if self.is_undecided() && choice::is_about_to_gather(self.context, job, target) => {
+                Some(job.rays_left_by_cells(self.context, target))
             }
             (None, Some(target)) => job.rays_left(self.context, target),
             (None, None) => None,

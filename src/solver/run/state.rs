@@ -151,13 +151,12 @@ impl Run<'_> {
         let error = self.error_to_plan_for();
         let target = self.settings.target_error;
         for job in &mut self.jobs {
-            let mean_lx = job.mean_without_gathering_lx();
-            let can_gather = job.can_gather(self.context);
-            if can_gather && mean_lx > 0.0 {
+            let has_light = job.has_light_to_gather(self.context);
+            if has_light {
                 job.prepare_gathering(self.context, error);
             }
-            let by_gathering = match can_gather {
-                true if mean_lx > 0.0 => Ok(job.work_by_gathering(self.context, error)),
+            let by_gathering = match job.can_gather(self.context) {
+                true if has_light => Ok(job.work_by_gathering(self.context, error)),
                 true => Err("its pilot found no light"),
                 false => Err("it computes no luminances, and no light that only chains find"),
             };
