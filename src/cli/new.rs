@@ -10,6 +10,7 @@ use super::new_harmonics::{USUAL_DEGREE, fitted_body};
 use super::text_table::text_table;
 use super::{Outcome, console, values};
 use crate::output::{ResultFile, write_files};
+use crate::scene::type_names;
 use crate::validation::proving_ground::rooms::{KINDS, SCENE_FILE, kind_of};
 
 const EXAMPLES: &str = "\
@@ -96,7 +97,7 @@ const HALL: &[Template] = &[
     ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
     ("README.txt", include_str!("projects/hall.txt")),
 ];
-/// The text at the end of every project's README.
+/// The text at the end of every project's README. It names types by {key}.
 const KEYS: &str = include_str!("projects/keys.txt");
 
 /// A file to be written: its path in the project's directory and its content.
@@ -141,7 +142,7 @@ pub fn run(arguments: &NewArguments) -> Outcome {
     let mut files: Vec<FileToWrite> = templates
         .iter()
         .map(|(path, text)| {
-            let text = if *path == "README.txt" { format!("{text}\n{KEYS}") } else { (*text).to_owned() };
+            let text = if *path == "README.txt" { format!("{text}\n{}", notes_on_keys()) } else { (*text).to_owned() };
             ((*path).to_owned(), text.into_bytes())
         })
         .collect();
@@ -149,6 +150,13 @@ pub fn run(arguments: &NewArguments) -> Outcome {
         files.push(("hall.obj".to_owned(), hall_obj().into_bytes()));
     }
     write_project(out, files)
+}
+
+/// The notes on a scene's keys, with the names of all types.
+fn notes_on_keys() -> String {
+    type_names()
+        .iter()
+        .fold(KEYS.to_owned(), |notes, (key, names)| notes.replace(&format!("{{{key}}}"), &names.join(", ")))
 }
 
 /// The value of `--kind` that lists all kinds of rooms.
@@ -225,18 +233,15 @@ fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
 
 #[cfg(test)]
 mod tests {
-    use super::KEYS;
-    use crate::scene::type_names;
+    use super::notes_on_keys;
 
-    /// The notes on keys name every type of material and luminaire.
+    /// The notes on keys name the types of materials and luminaires, each in its line, and leave no name open.
     #[test]
     fn notes_of_a_project_name_all_types() {
-        let line = |key: &str| KEYS.lines().find(|line| line.trim_start().starts_with(key)).unwrap_or_default();
-        for (key, names) in type_names() {
-            for name in names {
-                assert!(line(key).contains(name), "{key}: {name}");
-            }
-        }
-        assert!(!line("materials").contains("velvet"), "the line is looked at");
+        let notes = notes_on_keys();
+        let line = |key: &str| notes.lines().find(|line| line.trim_start().starts_with(key)).unwrap_or_default();
+        assert!(line("materials").contains("of the types diffuse, phong, "), "{notes}");
+        assert!(line("luminaires").contains("photometric") && !line("luminaires").contains("blinn"), "{notes}");
+        assert!(!notes.contains(['{', '}']), "{notes}");
     }
 }

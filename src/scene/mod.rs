@@ -103,7 +103,6 @@ pub(crate) use units::{LengthUnit, UNIT_NAMES};
 pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
 
 /// Names of the types of materials and of luminaires, each with its key in a scene.
-#[cfg(test)]
 pub(crate) fn type_names() -> [(&'static str, &'static [&'static str]); 2] {
     [("materials", &materials::TYPES), ("luminaires", &emission::TYPES)]
 }

@@ -211,13 +211,13 @@ impl Job {
 
     /// Chains that the samples so far stand for, over all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
-        let per_sample = match self.engine {
-            Engine::Collision => 1,
-            Engine::Walk => self.walking.allotment.of_all(self.map.len()),
+        let of_a_replica = match self.engine {
+            Engine::Collision => self.samples,
+            Engine::Walk => self.walks_of_a_replica(),
             Engine::Gather => return self.ends.iter().map(Ends::packets).sum(),
-            Engine::Local(_) => self.chains_per_round(),
+            Engine::Local(_) => self.samples * self.chains_per_round(),
         };
-        if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
+        if self.black { 0 } else { of_a_replica * REPLICAS as u64 }
     }
 
     /// Samples per replica that need at least `chains` chains in all.

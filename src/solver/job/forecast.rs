@@ -253,10 +253,9 @@ impl Job {
                 (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
             }
             (_, Engine::Walk) => {
-                let shared_out = self.walking.brought * self.walking.to_come;
                 let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx);
                 let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
-                (shared_out * even + last_rays, DEVIATION_BY_PILOT)
+                (self.walking.brought * self.walking.to_come * even + last_rays, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
@@ -296,7 +295,8 @@ impl Job {
         }
         let passing = work_to_pass(needed, self.looks.latest_scores, self.looks.latest_tail_spare);
         let beyond = if self.engine == Engine::Walk { PASSES_BEYOND_FORECAST } else { 0.0 };
-        let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64 + beyond);
+        let even = self.rays_of(passing * *seen_at as f64 + beyond);
+        let all = if even > done { done + self.walking.to_come * (even - done) } else { even };
         if self.looks.refused {
             let next = self.rays_of(self.next_judgement as f64);
             let expected = all.max(WORK_OF_REFUSED * next);

@@ -10,7 +10,7 @@ use crate::control::GatheringGrowth;
 use crate::estimators::neighbours::Sharing;
 use crate::maps::{History, Judgement, StatisticalCheck};
 use crate::solver::adapt::{Adaptive, Cutting, Loss};
-use crate::solver::allotment::Allotment;
+use crate::solver::allotment::{Allotment, Carried};
 use crate::solver::coarse::CoarseElements;
 use crate::solver::gathering::GatheringProgress;
 use crate::solver::local::LocalPlan;
@@ -81,7 +81,7 @@ pub struct WorkDone {
     pub pilot_rays: u64,
     /// Those of `rays` that were for direct light since the map began or started anew.
     pub direct_rays: u64,
-    /// Those of `rays` whose samples were given up when the map started anew.
+    /// Those of `rays` that are not in the map's samples, because it started anew, or because its samples would take fewer rays now.
     pub given_up_rays: u64,
     /// Rays and seconds by kind of work, without pilots.
     pub spending: Spending,
@@ -121,8 +121,8 @@ pub struct WalkingState {
     pub groups: Option<Groups>,
     /// Walks per replica from each point before the first look.
     pub first_walks: u64,
-    /// How often walks have begun anew.
-    pub beginnings: u32,
+    /// Walks of earlier allotments.
+    pub carried: Carried,
     /// Work to the target relative to even walks: the factor gained by sharing walks out so far, and the factor still expected.
     pub brought: f64,
     pub to_come: f64,
@@ -135,7 +135,7 @@ impl Default for WalkingState {
             sharing: Sharing::default(),
             groups: None,
             first_walks: FIRST_WALKS,
-            beginnings: 0,
+            carried: Carried::default(),
             brought: 1.0,
             to_come: 1.0,
         }

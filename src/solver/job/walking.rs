@@ -1,22 +1,14 @@
 //! Jobs that walk from points.
 
-use std::ops::Range;
-
 use super::parts::WalkingState;
 use super::{Engine, Job, Tally, after_passes, slice_of_passes};
+use crate::control::next_judgement;
 use crate::maps::{MapKind, half_squares};
+use crate::solver::allotment::{Allotment, Carried};
 use crate::solver::context::Context;
 use crate::solver::passes::{self, PointWalks};
 use crate::solver::pilot::{DirectShare, PartCost};
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK};
-
-/// Walks are shared out anew where the work to the target is this many times the work so far. Earlier, little is known of rare bright
-/// walks; later, too much work is given up.
-const WORK_LEFT: Range<f64> = 8.0..20.0;
-/// A second condition: the passes to come are at least this many times those to a first look.
-const FEWEST_LOOKS: f64 = 2.0;
-/// Lowest of the bits of a stream's number that count how often walks have begun anew.
-const BEGINNINGS_BIT: u32 = 24;
 
 impl Job {
     /// Does one slice of walks from the points of a receiver set, towards `goal` passes over them.
@@ -31,13 +23,18 @@ impl Job {
         };
         let entries = entries.start..end.min(self.map.len());
         let part = (entries.clone(), times.clone());
-        let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
         let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean_lx);
         self.divide_into_groups(context, set);
-        let WalkingState { allotment, groups, .. } = &self.walking;
-        let walks = PointWalks { set, number, allotment, sharing, groups: groups.as_ref(), expected_lx };
+        let WalkingState { allotment, groups, carried, .. } = &self.walking;
+        let walks = PointWalks { set, allotment, carried, sharing, groups: groups.as_ref(), expected_lx };
         self.work.rays += passes::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_passes(entries, times, self.map.len());
+    }
+
+    /// Walks in every replica.
+    pub(super) fn walks_of_a_replica(&self) -> u64 {
+        let WalkingState { allotment, carried, .. } = &self.walking;
+        carried.walks() + (self.samples - carried.passes) * allotment.of_all(self.map.len())
     }
 
     /// Finds the groups of neighbours that share walks, if walks are shared and the groups are not known yet.
@@ -49,44 +46,57 @@ impl Job {
         }
     }
 
-    /// Shares walks out anew if some points scatter far more than others and the target takes `needed` times the work so far. That work is
-    /// given up and walks begin anew. Direct light keeps its samples.
+    /// Shares walks out anew if some points scatter far more than others and the target takes `needed` times the work so far. The walks so
+    /// far stay in the map.
     pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
         self.walking.to_come = 1.0;
         let MapKind::Receivers(set) = self.kind else {
             return;
         };
         let can = self.engine == Engine::Walk;
-        if !can || self.met || self.looks.refused || !needed.is_finite() || needed < WORK_LEFT.start {
+        if !can || self.met || self.looks.refused || !needed.is_finite() || needed <= 1.0 {
             return;
         }
         self.divide_into_groups(context, set);
         let variances = self.variances_of_walks();
-        if needed >= WORK_LEFT.end {
-            let gain = self.walking.allotment.gain(&variances);
-            self.walking.to_come = (1.0 / gain + 1.0 / WORK_LEFT.end).min(1.0);
-            return;
-        }
-        let Some((better, gain)) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
+        let passes = (needed - 1.0) * self.samples as f64;
+        self.walking.to_come = self.walking.allotment.gain_to_come(&variances).recip();
+        let Some((better, gain)) = self.walking.allotment.improved(&variances, self.samples, passes) else {
             return;
         };
-        let variance = better.variance_of_a_pass(&variances);
-        let passes = needed * self.samples as f64 * variance / self.walking.allotment.variance_of_a_pass(&variances);
-        if passes < FEWEST_LOOKS * self.first_samples() as f64 {
-            return;
-        }
-        self.walking.to_come = 1.0 / gain;
-        self.adapting.before_cut = self.before_cut(context);
-        self.walking.to_come = 1.0;
+        self.walking.to_come = better.gain_to_come(&variances).recip();
         self.walking.brought /= gain;
-        self.begin_walks_anew();
+        let variance = better.variance_of_a_pass(&variances);
+        let ratio = variance / self.walking.allotment.variance_of_a_pass(&variances);
+        self.carry_walks(better, ratio);
         let points = self.map.len();
-        let rays = self.costs.indirect.rays * better.of_all(points) as f64 / points as f64;
+        let rays = self.costs.indirect.rays * self.walking.allotment.of_all(points) as f64 / points as f64;
         let pass = PartCost { rays, variance_lx2: self.costs.indirect.variance_lx2 * variance, ..self.costs.indirect };
         self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
-        self.walking.allotment = better;
-        self.walking.beginnings += 1;
-        self.next_judgement = self.first_samples();
+        self.next_judgement = next_judgement(self.samples, needed);
+    }
+
+    /// Makes the walks so far count as passes of a new allotment, a pass of which leaves `ratio` times the variance of one of the present
+    /// allotment. Their number is the same for all points: docs/methods.md (53).
+    fn carry_walks(&mut self, better: Allotment, ratio: f64) {
+        let points = self.map.len();
+        let samples = (ratio * self.samples as f64).round().max(1.0) as u64;
+        let scale = samples as f64 / self.samples as f64;
+        self.map.indirect.iter_mut().flatten().for_each(|sum_lx| *sum_lx *= scale);
+        self.map.indirect_samples = Tally { complete: samples, ahead: 0 };
+        self.map.forget_indirect_scores();
+        // Samples take the rays of the new passes.
+        let rays = (self.kept_rays() - self.work.direct_rays) as f64;
+        let walks = better.of_all(points) as f64 / self.walking.allotment.of_all(points) as f64;
+        self.work.given_up_rays += (rays - rays * scale * walks).max(0.0) as u64;
+        let walking = &mut self.walking;
+        walking.carried = walking.carried.counted_as(samples, (&walking.allotment, points, self.samples));
+        walking.allotment = better;
+        self.samples = samples;
+        let latest = self.looks.latest.map(|(judgement, _)| (judgement, samples));
+        self.forget_looks();
+        self.looks.latest = latest;
+        self.looks.judged_samples = samples;
     }
 
     /// Gives up all walks so far.
@@ -97,14 +107,17 @@ impl Job {
         self.forget_looks();
         self.give_up_samples();
         self.samples = 0;
+        self.walking.carried = Carried::default();
     }
 
     /// Variance of one walk from every point times the point's weight, up to a common factor, for the even and the odd half. Neighbours
     /// that share walks have equally many walks, so each gets the mean of its group.
     fn variances_of_walks(&self) -> Vec<[f64; 2]> {
+        let WalkingState { allotment, carried, .. } = &self.walking;
         let variances = |entry: usize| {
-            let of_passes = half_squares(|replica| self.map.indirect[replica][entry]);
-            of_passes.map(|of_a_pass| self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass)
+            let of_sums = half_squares(|replica| self.map.indirect[replica][entry]);
+            let of_a_walk = carried.scatter(allotment, entry, self.samples);
+            of_sums.map(|of_sum| self.weights[entry] * of_sum / of_a_walk)
         };
         let mut variances: Vec<[f64; 2]> = (0..self.map.len()).map(variances).collect();
         for group in self.walking.groups.iter().flat_map(Groups::iter) {

@@ -8,10 +8,10 @@ use super::{POINTS_PER_CHUNK, merged};
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::sample_reflected_lx;
-use crate::maps::{PartScores, REPLICAS, ReplicaMap, Tally};
+use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Tally};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::solver::allotment::Allotment;
+use crate::solver::allotment::{Allotment, Carried};
 use crate::solver::context::Context;
 use crate::solver::regions::Groups;
 use crate::solver::streams::stream_index;
@@ -23,10 +23,10 @@ const GROUPS_PER_CHUNK: usize = 8;
 pub struct PointWalks<'a> {
     /// The receiver set.
     pub set: usize,
-    /// Number of the streams. Walks that begin anew use new random numbers.
-    pub number: u32,
     /// How many walks a point takes in a pass.
     pub allotment: &'a Allotment,
+    /// Walks with other allotments.
+    pub carried: &'a Carried,
     /// How neighbours share what their walks meet, and the groups of those that do.
     pub sharing: Sharing,
     pub groups: Option<&'a Groups>,
@@ -73,7 +73,7 @@ pub fn walks_from_points(
     if let Some(groups) = walks.groups {
         return shared_walks(context, &walks, groups, map, (points, passes));
     }
-    let PointWalks { set, number, allotment, .. } = walks;
+    let PointWalks { set, allotment, carried, .. } = walks;
     let (world, quantity) = (context.world, context.scene.receivers[set].quantity);
     let receivers = &context.scene.receivers[set].points;
     map.fix_indirect_levels(points.clone());
@@ -92,7 +92,7 @@ pub fn walks_from_points(
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut cut = Cut::default();
-        let mut stream = Stream::new(context.seed, Purpose::Walks, number, replica as u32);
+        let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
         for (offset, sum_lx) in sums.iter_mut().enumerate() {
             let (entry, point) = (first + offset, &receivers[first + offset]);
             if point.inside {
@@ -104,7 +104,8 @@ pub fn walks_from_points(
             let walks = allotment.of(entry);
             for pass in passes.clone() {
                 let mut found_lx = 0.0;
-                for walk in pass * walks..(pass + 1) * walks {
+                let first = carried.first_walk(entry, pass, walks);
+                for walk in first..first + walks {
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
                     let (lx, walk_rays) = sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
                     found_lx += lx;
@@ -129,7 +130,7 @@ fn shared_walks(
     map: &mut ReplicaMap,
     (points, passes): (Range<usize>, Range<u64>),
 ) -> u64 {
-    let PointWalks { set, number, allotment, sharing, expected_lx, .. } = *walks;
+    let PointWalks { set, allotment, carried, sharing, expected_lx, .. } = *walks;
     let (world, receivers) = (context.world, &context.scene.receivers[set]);
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);
@@ -141,7 +142,7 @@ fn shared_walks(
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let (mut cut, mut shared) = (Cut::default(), SharedWalks::default());
-        let mut stream = Stream::new(context.seed, Purpose::Walks, number, *replica as u32);
+        let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), *replica as u32);
         let (mut sums_lx, mut found_lx) = (Vec::new(), Vec::new());
         for group in *groups {
             let neighbours = Neighbour::group(world, receivers, group);
@@ -154,7 +155,8 @@ fn shared_walks(
             let mut level = GroupLevel::of(expected_lx, (&slabs[*replica], samples), group);
             for pass in passes.clone() {
                 let seek = |stream: &mut Stream, neighbour: usize, walk: u64| {
-                    let (entry, walk) = (group[neighbour] as usize, pass * walks + walk);
+                    let entry = group[neighbour] as usize;
+                    let walk = carried.first_walk(entry, pass, walks) + walk;
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
                 };
                 rays += shared.sample(world, &neighbours, (walks, sharing), (&mut cut, &mut stream), seek);
