@@ -1,6 +1,6 @@
 //! The kinds of luminaires: the data of each kind, its type and keys in the file with their schema, and how it is read. This file also
-//! answers what other rooms need from a luminaire: position, aim and name. A new kind is added in this file alone, as far as this room
-//! goes.
+//! answers what other rooms need from a luminaire: position, aim and name. A new kind is added in this file alone, its keys
+//! included, as far as this room goes.
 //!
 //! `emission/facts.rs` holds the questions that all kinds answer, `luminaire_keys.rs` the keys, and `luminaire_reading.rs` the reading
 //! that several kinds share. `sampling/emitter/` describes how each kind emits.

@@ -1,7 +1,7 @@
 //! How many walks each point takes in a pass: more where walks scatter more.
 //! A fixed number of walks has the least variance if each point takes walks in proportion to the standard deviation of one walk. (Neyman
-//! 1934, "On the two different aspects of the representative method".) Past walks decide on future walks and are then given up. So no sum
-//! contains the random error that determined the allotment.
+//! 1934, "On the two different aspects of the representative method".) Past walks decide on future walks and stay in the map, with one
+//! weight for all points. That weight is computed from all walks together, so it hardly depends on the chance of any point.
 
 use serde::{Deserialize, Serialize};
 
@@ -121,9 +121,9 @@ impl Allotment {
         // Larger whole numbers fit better, but cost more where the best number would be a part of a walk, and end in longer passes.
         let steps = 2.0 * MOST_WALKS.log2();
         let candidates = (1..=steps as i32).map(|step| with_most(f64::from(step).exp2().sqrt()));
-        let left = self.left(&safe);
-        let carries = |candidate: &Allotment| candidate.left(&safe) * done as f64 >= FEWEST_CARRIED * left;
-        let goal = left / passes;
+        let carries =
+            |candidate: &Allotment| candidate.left(variances) * done as f64 >= FEWEST_CARRIED * self.left(variances);
+        let goal = self.left(&safe) / passes;
         let best =
             candidates.filter(carries).min_by(|one, other| one.work(&safe, goal).total_cmp(&other.work(&safe, goal)));
         best.filter(|_| most > 0.0).unwrap_or_default()

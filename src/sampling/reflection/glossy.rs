@@ -13,7 +13,8 @@ use crate::sampling::warp::cosine_hemisphere;
 /// A lobe that reflects all light that arrives along the normal, except for what falls below the horizon. It is the only difference between
 /// glossy BSDFs.
 pub trait Lobe {
-    /// Returns its width in rad, about its standard deviation across and along.
+    /// Returns its width in rad about its axis, which must be as steep as the mirror direction: about its standard deviation across and
+    /// along.
     fn width(&self) -> f64;
 
     /// Returns cosine and sine of the angle from the mirror direction beyond which the share exp(−y²) of its flux goes.

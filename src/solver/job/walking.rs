@@ -80,12 +80,12 @@ impl Job {
     /// allotment. Their number is the same for all points: docs/methods.md (53).
     fn carry_walks(&mut self, better: Allotment, ratio: f64) {
         let points = self.map.len();
-        let samples = (ratio * self.samples as f64).round().max(1.0) as u64;
+        let samples = (ratio * self.samples as f64).round() as u64;
         let scale = samples as f64 / self.samples as f64;
         self.map.indirect.iter_mut().flatten().for_each(|sum_lx| *sum_lx *= scale);
         self.map.indirect_samples = Tally { complete: samples, ahead: 0 };
         self.map.forget_indirect_scores();
-        // Samples take the rays of the new passes.
+        // A kept ray for each ray that the new passes would take, so that rays per sample are those of the passes to come.
         let rays = (self.kept_rays() - self.work.direct_rays) as f64;
         let walks = better.of_all(points) as f64 / self.walking.allotment.of_all(points) as f64;
         self.work.given_up_rays += (rays - rays * scale * walks).max(0.0) as u64;

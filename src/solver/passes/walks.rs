@@ -34,8 +34,8 @@ pub struct PointWalks<'a> {
     pub expected_lx: f64,
 }
 
-/// Indirect illuminance of a group in lx from all scores so far, independent of the slices of work. It approximates the exitance of the
-/// surfaces that the group sees.
+/// Indirect illuminance of a group in lx from all scores so far, the same for all slices of work up to rounding. It approximates the
+/// exitance of the surfaces that the group sees.
 struct GroupLevel {
     sum_lx: f64,
     scores: f64,
