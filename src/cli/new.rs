@@ -233,15 +233,21 @@ fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
 
 #[cfg(test)]
 mod tests {
-    use super::notes_on_keys;
+    use super::{notes_on_keys, type_names};
 
     /// The notes on keys name the types of materials and luminaires, each in its line, and leave no name open.
     #[test]
     fn notes_of_a_project_name_all_types() {
         let notes = notes_on_keys();
         let line = |key: &str| notes.lines().find(|line| line.trim_start().starts_with(key)).unwrap_or_default();
+        for (key, names) in type_names() {
+            for name in names {
+                assert!(line(key).contains(name), "{key}: {name}");
+            }
+        }
         assert!(line("materials").contains("of the types diffuse, phong, "), "{notes}");
         assert!(line("luminaires").contains("photometric") && !line("luminaires").contains("blinn"), "{notes}");
+        assert!(!line("materials").contains("velvet"), "the line is looked at");
         assert!(!notes.contains(['{', '}']), "{notes}");
     }
 }

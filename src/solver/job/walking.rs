@@ -60,20 +60,23 @@ impl Job {
         self.divide_into_groups(context, set);
         let variances = self.variances_of_walks();
         let passes = (needed - 1.0) * self.samples as f64;
+        if let Some((better, gain)) = self.walking.allotment.improved(&variances, self.samples, passes) {
+            self.walking.brought /= gain;
+            self.adopt_allotment(better, &variances);
+            self.next_judgement = next_judgement(self.samples, needed);
+        }
         self.walking.to_come = self.walking.allotment.gain_to_come(&variances).recip();
-        let Some((better, gain)) = self.walking.allotment.improved(&variances, self.samples, passes) else {
-            return;
-        };
-        self.walking.to_come = better.gain_to_come(&variances).recip();
-        self.walking.brought /= gain;
-        let variance = better.variance_of_a_pass(&variances);
-        let ratio = variance / self.walking.allotment.variance_of_a_pass(&variances);
+    }
+
+    /// Walks on with another allotment. `variances` are those of walks from the points.
+    fn adopt_allotment(&mut self, better: Allotment, variances: &[[f64; 2]]) {
+        let variance = better.variance_of_a_pass(variances);
+        let ratio = variance / self.walking.allotment.variance_of_a_pass(variances);
         self.carry_walks(better, ratio);
         let points = self.map.len();
         let rays = self.costs.indirect.rays * self.walking.allotment.of_all(points) as f64 / points as f64;
         let pass = PartCost { rays, variance_lx2: self.costs.indirect.variance_lx2 * variance, ..self.costs.indirect };
         self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
-        self.next_judgement = next_judgement(self.samples, needed);
     }
 
     /// Makes the walks so far count as passes of a new allotment, a pass of which leaves `ratio` times the variance of one of the present

@@ -104,8 +104,8 @@ pub fn walks_from_points(
             let walks = allotment.of(entry);
             for pass in passes.clone() {
                 let mut found_lx = 0.0;
-                let first = carried.first_walk(entry, pass, walks);
-                for walk in first..first + walks {
+                let first_walk = carried.first_walk(entry, pass, walks);
+                for walk in first_walk..first_walk + walks {
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
                     let (lx, walk_rays) = sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
                     found_lx += lx;
