@@ -16,7 +16,7 @@ use super::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use super::receiver::Receiver;
 use super::reception::one_plane;
 use super::small_body::SmallBody;
-use super::walk::{arriving_lx, evenly, in_mirrors_lx};
+use super::walk::{arriving_beside_packets_lx, evenly, in_mirrors_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -97,6 +97,8 @@ pub struct SharedWalks {
     /// Number of walks of each receiver.
     walks: u64,
     sharing: Sharing,
+    /// Mean of the receivers' points in m, for which packets are drawn.
+    middle_m: DVec3,
     /// Rays of the walks and packets of each receiver.
     rays: Vec<u64>,
 }
@@ -180,6 +182,7 @@ impl SharedWalks {
         self.rays.clear();
         self.rays.resize(neighbours.len(), 0);
         (self.walks, self.sharing) = (walks, sharing);
+        self.middle_m = neighbours.iter().map(|neighbour| neighbour.point_m).sum::<DVec3>() / neighbours.len() as f64;
         let mut rays = 0;
         for number in 0..neighbours.len() {
             for walk in 0..walks {
@@ -201,14 +204,15 @@ impl SharedWalks {
         let mut own_lx = factor * mirrored_lx;
         let mut rays = mirrored_rays;
         if let Some(lights) = &world.near_luminaires {
-            let (spot, packet_rays) = lights.packet(world, stream);
+            let (spot, packet_rays) = lights.packet(world, self.middle_m, stream);
             rays += packet_rays;
             if let Some(spot) = spot {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
                     let origin = world.leave(&spot.hit, LobeKind::Spread);
                     let point_m = world.tracer.position_m(&origin);
-                    let lit_per_m2 = lights.lit_per_m2(world, spot.emitter, (point_m, spot.normal));
-                    let near_lm_m2 = lights.luminous_flux_lm() * reflectance * lit_per_m2;
+                    let (lit_per_m2, lit_lx) =
+                        lights.lit_per_m2(world, spot.emitter, (point_m, spot.normal), self.middle_m);
+                    let near_lm_m2 = reflectance * lit_lx;
                     let place = SharedPlace {
                         owner,
                         is_met: false,
@@ -224,17 +228,20 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let to = (plane.point_m, plane.normal);
-                    let found = lights.seen_from(world, &spot, to, plane.origin);
+                    let found = lights.seen_from(world, &spot, (to, plane.origin), self.middle_m);
                     own_lx += factor * found.lx;
                     rays += found.rays;
                 }
             }
         }
         let mut first = FirstPlace::default();
-        let (found_lx, walk_rays) = arriving_lx(world, &plane, variates, &mut first, cut, stream);
+        let (found_lx, walk_rays) =
+            arriving_beside_packets_lx(world, (&plane, self.middle_m), variates, &mut first, cut, stream);
         let is_shared = first.place.is_some_and(|(point_m, normal, origin)| {
             let (near_lm_m2, lit_per_m2) = match (first.near, &world.near_luminaires) {
-                (Some((emitter, lm_m2)), Some(lights)) => (lm_m2, lights.lit_per_m2(world, emitter, (point_m, normal))),
+                (Some((emitter, lm_m2)), Some(lights)) => {
+                    (lm_m2, lights.lit_per_m2(world, emitter, (point_m, normal), self.middle_m).0)
+                }
                 _ => (0.0, 0.0),
             };
             let leaving_lm_m2 = found_lx - first.counted_lm_m2;
@@ -358,7 +365,7 @@ mod tests {
     const POINTS: usize = 8;
     const APART_M: f64 = 0.27;
 
-    /// A lamp at a given height in a room of 2 m. If furnished, the room has a block that hides much of the lamp from half of the points, a
+    /// A lamp at a given height in a room of 2 m. If furnished, the room has a second lamp, a block that hides much of the lamp from half of the points, a
     /// pane, a sheet and a mirror.
     fn room(reflectance: f64, lamp_m: f64, is_furnished: bool) -> World {
         let furniture = r#",
@@ -366,7 +373,8 @@ mod tests {
             { "name": "pane", "type": "rectangle", "origin": [0.5,0.8,0], "u": [1,0,0], "v": [0,0,1.8], "material": "pane" },
             { "name": "sheet", "type": "rectangle", "origin": [0.5,2.4,0.5], "u": [1.2,0,0], "v": [0,0,1], "material": "sheet" },
             { "name": "mirror", "type": "rectangle", "origin": [3.9,1,0.5], "u": [0,1,0], "v": [0,0,1], "material": "mirror" }"#;
-        let furniture = if is_furnished { furniture } else { "" };
+        let lamp = r#", { "name": "b", "type": "point", "position": [3.3,1.9,1.8], "luminous_flux_lm": 500 }"#;
+        let (furniture, lamp) = if is_furnished { (furniture, lamp) } else { ("", "") };
         let text = format!(
             r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": {reflectance} }},
                 "pane": {{ "type": "glass", "refractive_index": 1.5, "internal_transmittance": 0.95 }},
@@ -374,7 +382,7 @@ mod tests {
                 "sheet": {{ "type": "translucent", "diffuse_reflectance": 0.4, "diffuse_transmittance": 0.3 }} }},
             "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }}
                 {furniture} ],
-            "luminaires": [ {{ "name": "a", "type": "point", "position": [1.2,1.3,{lamp_m}], "luminous_flux_lm": 1000 }} ] }}"#
+            "luminaires": [ {{ "name": "a", "type": "point", "position": [1.2,1.3,{lamp_m}], "luminous_flux_lm": 1000 }} {lamp} ] }}"#
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
         world_for_walks(&scene)
@@ -432,12 +440,12 @@ mod tests {
     }
 
     /// Eight points beside a block share 2 × 3,000 walks, with all kinds of sharing, on planes, cylinders and half cylinders. The room has
-    /// a lamp near a surface, a pane, a sheet and a mirror. Each of 5 · 3 · 8 means equals that of as many separate walks, within 4.6 σ (α
+    /// two lamps near surfaces, a pane, a sheet and a mirror. Each of 5 · 3 · 8 means equals that of as many separate walks, within 4.6 σ (α
     /// = 4e-6 each, seed 3). Means over the points that are 5 % off are rejected.
     #[test]
     fn shared_walks_find_what_each_finds_alone() {
         let world = room(0.6, 1.9, true);
-        assert!(world.near_luminaires.is_some());
+        assert!(world.is_near(0) && world.is_near(1));
         let count = 3000;
         for quantity in [
             Quantity::Perpendicular,

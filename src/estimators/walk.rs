@@ -26,7 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::{PointAndNormal, World};
+use crate::transport::{ConnectedFrom, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -85,7 +85,21 @@ pub fn arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let connected_from = world.near_luminaires.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    arriving_beside_packets_lx(world, (receiver, receiver.point_m), variates, cache, cut, stream)
+}
+
+/// The same beside packets of near luminaires that were drawn for another point in m.
+#[inline]
+pub fn arriving_beside_packets_lx(
+    world: &World,
+    (receiver, drawn_for_m): (&Receiver, DVec3),
+    variates: [f64; 2],
+    cache: &mut impl Cache,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let place = (receiver.point_m, receiver.normal);
+    let connected_from = world.near_luminaires.as_ref().map(|_| ConnectedFrom { place, drawn_for_m });
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
@@ -161,7 +175,7 @@ struct Start {
     /// Its path by mirrors, if the start point has searched for areas in mirrors.
     trail: Option<Trail>,
     /// Start point and normal, if that point has made a light-path connection to near luminaires (looked back).
-    connected_from: Option<PointAndNormal>,
+    connected_from: Option<ConnectedFrom>,
 }
 
 /// Rays after which a walk is given up: thirty times the expected length in the whitest room that is accepted. A walk reaches it only in a
@@ -221,7 +235,7 @@ struct Walk<'a> {
     origin: Origin,
     direction: DVec3,
     trail: Option<Trail>,
-    connected_from: Option<PointAndNormal>,
+    connected_from: Option<ConnectedFrom>,
     departure: Departure,
     /// Whether a surface has scattered it. Shares no longer apply then.
     has_scattered: bool,
@@ -349,7 +363,7 @@ impl Walk<'_> {
             return false;
         };
         let here = (world.near_luminaires.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
-            .then(|| (world.tracer.position_m(vertex.origin), normal));
+            .then(|| ConnectedFrom::itself((world.tracer.position_m(vertex.origin), normal)));
         if scattered.lobe.leads_through() {
             self.origin = world.leave(hit, scattered.lobe);
         }

@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_luminaires::{LitSpot, NearLuminaires, PacketConnection, PointAndNormal, median_distance_m};
+pub use near_luminaires::{ConnectedFrom, LitSpot, NearLuminaires, PacketConnection, PointAndNormal};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
@@ -159,7 +159,7 @@ impl World {
         };
         unlit::mark_unlit(scene, &mut world);
         world.selection_by_region = SelectionByRegion::of(scene, &world);
-        world.near_luminaires = NearLuminaires::of(&world);
+        world.near_luminaires = NearLuminaires::of(scene, &world);
         world
     }
 

@@ -12,7 +12,7 @@ use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
-use crate::transport::{Mirrors, PointAndNormal, TriangleSide, World};
+use crate::transport::{ConnectedFrom, Mirrors, TriangleSide, World};
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
 /// been reflected once more than that of the receiver's own search.
@@ -85,7 +85,7 @@ pub(super) struct Vertex<'a> {
     /// The point for the tracer, on the side at which light is sampled.
     pub origin: &'a Origin,
     /// Previous point of the walk, if it made a light-path connection (looked back) and this point scatters diffusely.
-    pub connected_from: Option<PointAndNormal>,
+    pub connected_from: Option<ConnectedFrom>,
 }
 
 impl Vertex<'_> {
