@@ -210,8 +210,7 @@ impl SharedWalks {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
                     let origin = world.leave(&spot.hit, LobeKind::Spread);
                     let point_m = world.tracer.position_m(&origin);
-                    let (lit_per_m2, lit_lx) =
-                        lights.lit_per_m2(world, spot.emitter, (point_m, spot.normal), self.middle_m);
+                    let (lit_per_m2, lit_lx) = spot.lit(world, point_m);
                     let near_lm_m2 = reflectance * lit_lx;
                     let place = SharedPlace {
                         owner,
@@ -228,7 +227,7 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let to = (plane.point_m, plane.normal);
-                    let found = lights.seen_from(world, &spot, (to, plane.origin), self.middle_m);
+                    let found = spot.seen_from(world, to, plane.origin);
                     own_lx += factor * found.lx;
                     rays += found.rays;
                 }
@@ -240,7 +239,7 @@ impl SharedWalks {
         let is_shared = first.place.is_some_and(|(point_m, normal, origin)| {
             let (near_lm_m2, lit_per_m2) = match (first.near, &world.near_luminaires) {
                 (Some((emitter, lm_m2)), Some(lights)) => {
-                    (lm_m2, lights.lit_per_m2(world, emitter, (point_m, normal), self.middle_m).0)
+                    (lm_m2, lights.lit_per_m2(world, emitter, (point_m, normal), self.middle_m))
                 }
                 _ => (0.0, 0.0),
             };
@@ -365,8 +364,8 @@ mod tests {
     const POINTS: usize = 8;
     const APART_M: f64 = 0.27;
 
-    /// A lamp at a given height in a room of 2 m. If furnished, the room has a second lamp, a block that hides much of the lamp from half of the points, a
-    /// pane, a sheet and a mirror.
+    /// A lamp at a given height in a room of 2 m. If furnished, the room has a second lamp, a block that hides much of the first one from
+    /// half of the points, a pane, a sheet and a mirror.
     fn room(reflectance: f64, lamp_m: f64, is_furnished: bool) -> World {
         let furniture = r#",
             { "name": "block", "type": "box", "min": [1.9,1,0], "max": [2.05,2,1.4], "material": "m" },

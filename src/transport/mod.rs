@@ -7,6 +7,7 @@ mod patience;
 mod roulette;
 mod selection_by_cell;
 mod selection_by_region;
+mod sides_by_area;
 mod unlit;
 
 use std::sync::{Arc, OnceLock};
@@ -18,7 +19,8 @@ pub use near_luminaires::{ConnectedFrom, LitSpot, NearLuminaires, PacketConnecti
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
-pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion, TriangleSide};
+pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion};
+pub use sides_by_area::TriangleSide;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitted, Emitters, Place};

@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::World;
+use super::sides_by_area::{SidesByArea, TriangleSide};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
-use crate::sampling::emitter::Emitter;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
@@ -46,13 +46,11 @@ const SEED: u64 = 0x4E_4541;
 /// The emitters that stand close to surfaces.
 #[derive(Clone, Debug)]
 pub struct NearLuminaires {
-    /// Whether each emitter is near.
-    is_near: Vec<bool>,
-    /// Numbers of the near emitters, and what is known of each.
-    numbers: Vec<u32>,
+    /// Place of each emitter of the scene among the near ones.
+    places: Vec<Option<u32>>,
+    /// The near emitters, and their cumulative flux up to and including each, in lm.
     emitters: Vec<NearEmitter>,
-    /// Flux of all of them in lm.
-    luminous_flux_lm: f64,
+    cumulative_flux_lm: Vec<f64>,
     /// Whether one of them nearly touches a surface.
     touch: bool,
     rays: u64,
@@ -61,6 +59,8 @@ pub struct NearLuminaires {
 /// An emitter that stands close to surfaces.
 #[derive(Clone, Copy, Debug)]
 struct NearEmitter {
+    /// Its number in the scene.
+    number: u32,
     center_m: DVec3,
     luminous_flux_lm: f64,
     /// Mean square of the distance in m² from its centre to the surfaces that its packets light.
@@ -73,6 +73,14 @@ impl NearEmitter {
     fn weight_at(&self, from_m: DVec3) -> f64 {
         self.luminous_flux_lm / (from_m.distance_squared(self.center_m) + self.spots_m2)
     }
+}
+
+/// Arrival of a packet of the search.
+struct Arrived {
+    emitter: u32,
+    /// Illuminance there per lumen of the emitter, in 1/m².
+    per_m2: f64,
+    point_m: DVec3,
 }
 
 /// A surface or receiver point in m and its unit normal.
@@ -118,7 +126,9 @@ enum Leaving {
 /// Surface point where a packet of a near luminaire has arrived.
 pub struct LitSpot {
     /// The emitter.
-    pub emitter: u32,
+    emitter: u32,
+    /// Probability that the emitter was drawn, over its flux in lm.
+    drawn_per_lm: f64,
     /// The surface point.
     pub hit: SurfaceHit,
     /// Unit normal of the lit side.
@@ -133,6 +143,41 @@ impl LitSpot {
             Leaving::Reflected(reflectance) => Some(reflectance),
             Leaving::EitherSide { .. } => None,
         }
+    }
+
+    /// Density in 1/m² of such packets at a point of the spot's surface in m, and the emitter's illuminance there in lx.
+    pub fn lit(&self, world: &World, point_m: DVec3) -> (f64, f64) {
+        let lx = world.emitters.list()[self.emitter as usize].unshadowed_lx(point_m, self.normal);
+        (lx * self.drawn_per_lm, lx)
+    }
+
+    /// Illuminance of a point from the spot, weighted against walks from the point that meet the spot. Its rays are those that test
+    /// visibility.
+    pub fn seen_from(&self, world: &World, to: PointAndNormal, to_origin: &Origin) -> PacketConnection {
+        let LitSpot { hit, normal, .. } = self;
+        let (leaving, lobe) = match self.leaving {
+            Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
+            Leaving::EitherSide { reflected, passed } => {
+                let lit_m = world.tracer.position_m(&world.leave(hit, LobeKind::Spread));
+                let is_behind = (to.0 - lit_m).dot(*normal) < 0.0;
+                if is_behind { (passed, LobeKind::SpreadThrough) } else { (reflected, LobeKind::Spread) }
+            }
+        };
+        if leaving <= 0.0 {
+            return PacketConnection::nothing(0);
+        }
+        let place_origin = world.leave(hit, lobe);
+        let point_m = world.tracer.position_m(&place_origin);
+        let seen = if lobe == LobeKind::SpreadThrough { -normal } else { *normal };
+        let met_per_m2 = seen_per_m2((point_m, seen), to);
+        let (lit_per_m2, lit_lx) = self.lit(world, point_m);
+        if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
+            return PacketConnection::nothing(0);
+        }
+        let both_per_m2 = met_per_m2 + world.roulette.connection_chance * lit_per_m2;
+        let passed = world.transmittance(to_origin, &place_origin);
+        let lx = lit_lx * leaving * met_per_m2 * passed / both_per_m2;
+        PacketConnection { lx, rays: 1, met_per_m2, lit_per_m2 }
     }
 }
 
@@ -151,9 +196,7 @@ impl NearLuminaires {
         let emitters = world.emitters.list();
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
         let mut rays = 0;
-        // Illuminance per lumen of the emitter, in 1/m², at the arrival of each packet.
-        let mut found: Vec<(u32, f64)> = Vec::new();
-        let mut landed: Vec<(u32, f64)> = Vec::new();
+        let mut found: Vec<Arrived> = Vec::new();
         for packet in 0..PACKETS {
             stream.seek_quasi(packet, 0, packet);
             let choice = (packet as f64 + 0.5) / PACKETS as f64;
@@ -171,12 +214,13 @@ impl NearLuminaires {
             if world.receives(hit.triangle, hit.side) && matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)) {
                 let point_m = world.tracer.position_m(&world.leave(&hit, LobeKind::Spread));
                 let lx = emitters[index as usize].unshadowed_lx(point_m, world.normal_at(&hit));
-                found.push((index, lx / emitters[index as usize].luminous_flux_lm));
-                landed.push((index, point_m.distance_squared(emitters[index as usize].center_m())));
+                let per_m2 = lx / emitters[index as usize].luminous_flux_lm;
+                found.push(Arrived { emitter: index, per_m2, point_m });
             }
         }
         let near = |distance_m: f64| {
-            let ratios = found.iter().map(move |(index, per_m2)| (*index, per_m2 * PI * distance_m * distance_m));
+            let ratio = move |at: &Arrived| (at.emitter, at.per_m2 * PI * distance_m * distance_m);
+            let ratios = found.iter().map(ratio);
             ratios.filter(|(_, ratio)| *ratio > NEAR)
         };
         let matter =
@@ -191,29 +235,30 @@ impl NearLuminaires {
         let mut is_near = vec![false; emitters.len()];
         near(distance_m).for_each(|(index, _)| is_near[index as usize] = true);
         let touch = near(distance_m).any(|(_, ratio)| ratio > TOUCHING);
-        let numbers: Vec<u32> = (0..emitters.len() as u32).filter(|index| is_near[*index as usize]).collect();
-        let near_emitter = |index: &u32| {
-            let of_it = || landed.iter().filter(|(emitter, _)| emitter == index).map(|(_, square_m2)| square_m2);
-            let Emitter { luminous_flux_lm, .. } = emitters[*index as usize];
+        let near_emitter = |number: u32| {
+            let emitter = &emitters[number as usize];
+            let center_m = emitter.center_m();
+            let of_it =
+                || found.iter().filter(|at| at.emitter == number).map(|at| at.point_m.distance_squared(center_m));
             let spots_m2 = of_it().sum::<f64>() / of_it().count().max(1) as f64;
-            NearEmitter { center_m: emitters[*index as usize].center_m(), luminous_flux_lm, spots_m2 }
+            NearEmitter { number, center_m, luminous_flux_lm: emitter.luminous_flux_lm, spots_m2 }
         };
-        let near_emitters: Vec<NearEmitter> = numbers.iter().map(near_emitter).collect();
-        let luminous_flux_lm = near_emitters.iter().map(|emitter| emitter.luminous_flux_lm).sum();
-        Some(NearLuminaires {
-            is_near,
-            numbers,
-            emitters: near_emitters,
-            luminous_flux_lm,
-            touch,
-            rays: rays + distance_rays,
-        })
+        let numbers = (0..emitters.len() as u32).filter(|number| is_near[*number as usize]);
+        let near_emitters: Vec<NearEmitter> = numbers.map(near_emitter).collect();
+        let mut places = vec![None; emitters.len()];
+        near_emitters.iter().zip(0..).for_each(|(emitter, place)| places[emitter.number as usize] = Some(place));
+        let cumulative_flux_lm = near_emitters.iter().scan(0.0, |sum_lm, emitter| {
+            *sum_lm += emitter.luminous_flux_lm;
+            Some(*sum_lm)
+        });
+        let cumulative_flux_lm = cumulative_flux_lm.collect();
+        Some(NearLuminaires { places, emitters: near_emitters, cumulative_flux_lm, touch, rays: rays + distance_rays })
     }
 
     /// Numbers of the luminaires to which the near emitters belong.
     pub fn luminaires(&self, world: &World) -> impl Iterator<Item = usize> {
         let mut luminaires: Vec<usize> =
-            self.numbers.iter().map(|index| world.emitters.list()[*index as usize].luminaire as usize).collect();
+            self.emitters.iter().map(|near| world.emitters.list()[near.number as usize].luminaire as usize).collect();
         luminaires.dedup();
         luminaires.into_iter()
     }
@@ -228,42 +273,50 @@ impl NearLuminaires {
         self.rays
     }
 
-    /// Probability that a packet drawn for a point in m comes from the near emitter with this place in the list.
-    #[inline]
-    fn probability(&self, place: usize, from_m: DVec3) -> f64 {
-        self.share(&self.emitters[place], from_m, self.weights_at(from_m))
+    /// Flux of all near emitters in lm.
+    fn luminous_flux_lm(&self) -> f64 {
+        self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// Draws a near emitter for a point in m by a variate in [0, 1); returns its place in the list.
+    /// Probability that a packet drawn for a point in m comes from an emitter, over the emitter's flux in lm.
     #[inline]
-    fn choose(&self, from_m: DVec3, variate: f64) -> usize {
+    fn drawn_per_lm(&self, emitter: &NearEmitter, from_m: DVec3) -> f64 {
+        self.probability(emitter, from_m, self.weights_at(from_m)) / emitter.luminous_flux_lm
+    }
+
+    /// Draws a near emitter for a point in m by a variate in [0, 1), and returns it with its probability.
+    #[inline]
+    fn choose(&self, from_m: DVec3, variate: f64) -> (&NearEmitter, f64) {
         let weights = self.weights_at(from_m);
-        let mut left = variate;
-        let is_it = |emitter: &NearEmitter| {
-            left -= self.share(emitter, from_m, weights);
-            left < 0.0
+        let last = self.emitters.len() - 1;
+        let place = if weights.is_some() {
+            let mut left = variate;
+            let is_it = |emitter: &NearEmitter| {
+                left -= self.probability(emitter, from_m, weights);
+                left < 0.0
+            };
+            self.emitters.iter().position(is_it).unwrap_or(last)
+        } else {
+            let aim_lm = variate * self.luminous_flux_lm();
+            self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm).min(last)
         };
-        self.emitters.iter().position(is_it).unwrap_or(self.emitters.len() - 1)
+        let emitter = &self.emitters[place];
+        (emitter, self.probability(emitter, from_m, weights))
     }
 
-    /// Sum of the emitters' weights at a point in m; `None` if they are drawn by flux alone.
+    /// Sum of the emitters' weights at a point in m; `None` if they are drawn by flux alone: if there is only one, or so many that weighing
+    /// them takes longer than it saves.
     #[inline]
     fn weights_at(&self, from_m: DVec3) -> Option<f64> {
         let sum = || self.emitters.iter().map(|emitter| emitter.weight_at(from_m)).sum();
-        self.weighs().then(sum)
+        (2..=MOST_WEIGHED).contains(&self.emitters.len()).then(sum)
     }
 
     /// Probability of an emitter, given the sum of all weights.
     #[inline]
-    fn share(&self, emitter: &NearEmitter, from_m: DVec3, weights: Option<f64>) -> f64 {
-        let by_flux = emitter.luminous_flux_lm / self.luminous_flux_lm;
+    fn probability(&self, emitter: &NearEmitter, from_m: DVec3, weights: Option<f64>) -> f64 {
+        let by_flux = emitter.luminous_flux_lm / self.luminous_flux_lm();
         weights.map_or(by_flux, |sum| BY_FLUX * by_flux + (1.0 - BY_FLUX) * emitter.weight_at(from_m) / sum)
-    }
-
-    /// Whether emitters are drawn by their distance: not if there is only one, or so many that this takes longer than it saves.
-    #[inline]
-    fn weighs(&self) -> bool {
-        (2..=MOST_WEIGHED).contains(&self.emitters.len())
     }
 
     /// Weight of a light sample of an emitter at a diffuse point, beside the light-path connection: docs/methods.md (42). A walk met the
@@ -287,30 +340,27 @@ impl NearLuminaires {
             return 1.0;
         }
         met_per_m2
-            / (met_per_m2
-                + world.roulette.connection_chance * self.lit_per_m2(world, emitter, place, from.drawn_for_m).0)
+            / (met_per_m2 + world.roulette.connection_chance * self.lit_per_m2(world, emitter, place, from.drawn_for_m))
     }
 
     /// Whether an emitter is near.
     #[inline]
     pub fn is_near(&self, emitter: u32) -> bool {
-        self.is_near[emitter as usize]
+        self.places[emitter as usize].is_some()
     }
 
-    /// Density in 1/m² of packets of a near emitter at a point, if they are drawn for another point in m: docs/methods.md (42). And the
-    /// emitter's illuminance there in lx.
+    /// Density in 1/m² of packets of an emitter at a point, if they are drawn for another point in m: docs/methods.md (42). 0 if the emitter
+    /// is not near.
     pub fn lit_per_m2(
         &self,
         world: &World,
         emitter: u32,
         (point_m, normal): PointAndNormal,
         drawn_for_m: DVec3,
-    ) -> (f64, f64) {
+    ) -> f64 {
+        let drawn_per_lm = |place: u32| self.drawn_per_lm(&self.emitters[place as usize], drawn_for_m);
         let lx = world.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal);
-        let place = self.numbers.binary_search(&emitter);
-        let per_lumen =
-            place.map_or(0.0, |place| self.probability(place, drawn_for_m) / self.emitters[place].luminous_flux_lm);
-        (lx * per_lumen, lx)
+        lx * self.places[emitter as usize].map_or(0.0, drawn_per_lm)
     }
 
     /// One weighted sample of the illuminance of a point in lx, by way of the diffuse surfaces that near luminaires light. It is taken with
@@ -324,7 +374,7 @@ impl NearLuminaires {
     ) -> PacketConnection {
         let (spot, rays) = self.packet(world, to.0, stream);
         spot.map_or(PacketConnection::nothing(rays), |spot| {
-            let found = self.seen_from(world, &spot, (to, to_origin), to.0);
+            let found = spot.seen_from(world, to, to_origin);
             PacketConnection { rays: rays + found.rays, ..found }
         })
     }
@@ -336,7 +386,8 @@ impl NearLuminaires {
         if chance < 1.0 && !stream.happens(chance) {
             return (None, 0);
         }
-        let emitter = self.numbers[self.choose(from_m, stream.fine_unit())];
+        let (near, probability) = self.choose(from_m, stream.fine_unit());
+        let (emitter, drawn_per_lm) = (near.number, probability / near.luminous_flux_lm);
         let emitted = world.emitters.list()[emitter as usize].emit(stream);
         let (mut origin, mut rays) = (world.origin(&emitted.place), 0);
         loop {
@@ -362,43 +413,8 @@ impl NearLuminaires {
                 },
                 _ => return (None, rays),
             };
-            return (Some(LitSpot { emitter, hit, normal, leaving }), rays);
+            return (Some(LitSpot { emitter, drawn_per_lm, hit, normal, leaving }), rays);
         }
-    }
-
-    /// Illuminance of a point from a spot that was drawn for `drawn_for_m`, weighted against walks from the point that meet the spot. Its
-    /// rays are those that test visibility.
-    pub fn seen_from(
-        &self,
-        world: &World,
-        spot: &LitSpot,
-        (to, to_origin): (PointAndNormal, &Origin),
-        drawn_for_m: DVec3,
-    ) -> PacketConnection {
-        let LitSpot { emitter, hit, normal, .. } = spot;
-        let (leaving, lobe) = match spot.leaving {
-            Leaving::Reflected(reflected) => (reflected, LobeKind::Spread),
-            Leaving::EitherSide { reflected, passed } => {
-                let lit_m = world.tracer.position_m(&world.leave(hit, LobeKind::Spread));
-                let is_behind = (to.0 - lit_m).dot(*normal) < 0.0;
-                if is_behind { (passed, LobeKind::SpreadThrough) } else { (reflected, LobeKind::Spread) }
-            }
-        };
-        if leaving <= 0.0 {
-            return PacketConnection::nothing(0);
-        }
-        let place_origin = world.leave(hit, lobe);
-        let point_m = world.tracer.position_m(&place_origin);
-        let seen = if lobe == LobeKind::SpreadThrough { -normal } else { *normal };
-        let met_per_m2 = seen_per_m2((point_m, seen), to);
-        let (lit_per_m2, lit_lx) = self.lit_per_m2(world, *emitter, (point_m, *normal), drawn_for_m);
-        if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
-            return PacketConnection::nothing(0);
-        }
-        let both_per_m2 = met_per_m2 + world.roulette.connection_chance * lit_per_m2;
-        let passed = world.transmittance(to_origin, &place_origin);
-        let lx = lit_lx * leaving * met_per_m2 * passed / both_per_m2;
-        PacketConnection { lx, rays: 1, met_per_m2, lit_per_m2 }
     }
 }
 
@@ -448,21 +464,15 @@ fn distances_of_packets_m(world: &World) -> (Vec<f64>, u64) {
 
 /// Distances in m to the next surface from points evenly spread over all surfaces, in directions in which they reflect.
 fn distances_of_surfaces_m(scene: &Scene, world: &World) -> Vec<f64> {
-    let areas_m2 = (0..scene.triangles.len() as u32).map(|triangle| scene.triangle_area_m2(triangle));
-    let cumulative_m2: Vec<f64> = areas_m2
-        .scan(0.0, |sum_m2, m2| {
-            *sum_m2 += m2;
-            Some(*sum_m2)
-        })
-        .collect();
+    let fronts: Vec<TriangleSide> = (0..scene.triangles.len() as u32).map(|triangle| (triangle, Side::Front)).collect();
+    let sides = SidesByArea::of(scene, &fronts);
     let mut stream = Stream::new(SEED, Purpose::Pilot, 2, 0);
     let mut distances_m = Vec::new();
     for ray in 0..RAYS {
         stream.seek_quasi(ray, 2, ray);
-        let aim_m2 = stream.unit() * cumulative_m2.last().copied().unwrap_or(0.0);
-        let triangle = cumulative_m2.partition_point(|sum_m2| *sum_m2 <= aim_m2).min(cumulative_m2.len() - 1) as u32;
+        let (triangle, front) = sides.at(stream.unit());
         let is_back = stream.unit() < 0.5 && world.receives(triangle, Side::Back);
-        let side = if is_back { Side::Back } else { Side::Front };
+        let side = if is_back { Side::Back } else { front };
         let barycentric = uniform_triangle(stream.pair());
         let direction = cosine_hemisphere(world.normal_on(triangle, barycentric, side), stream.pair());
         let origin = world.tracer.surface_origin(triangle, barycentric, side);
@@ -529,8 +539,10 @@ mod tests {
         let mut stream = Stream::new(2, Purpose::Pilot, 0, 0);
         const DRAWN: usize = 100_000;
         let mut counts = [0.0; 3];
-        (0..DRAWN).for_each(|_| counts[lights.choose(from_m, stream.fine_unit())] += 1.0 / DRAWN as f64);
-        let probabilities = [0, 1, 2].map(|place| lights.probability(place, from_m));
+        (0..DRAWN)
+            .for_each(|_| counts[lights.choose(from_m, stream.fine_unit()).0.number as usize] += 1.0 / DRAWN as f64);
+        let probabilities =
+            [0, 1, 2].map(|place| lights.probability(&lights.emitters[place], from_m, lights.weights_at(from_m)));
         assert!((probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(probabilities[2] > probabilities[0] && probabilities[0] > 0.5 * BY_FLUX);
         let off = |expected: [f64; 3]| {

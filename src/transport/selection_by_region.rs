@@ -10,6 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::World;
+use super::sides_by_area::{SidesByArea, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::emitter::LightSample;
 use crate::sampling::random::{Purpose, Stream};
@@ -42,9 +43,6 @@ pub struct SelectionByRegion {
     rays: u64,
     hidden_share: f64,
 }
-
-/// Side of a triangle, from which emitters are sampled.
-pub type TriangleSide = (u32, Side);
 
 /// The luminaires visible from a region where most of the unshadowed light is hidden.
 #[derive(Clone, Debug)]
@@ -232,20 +230,13 @@ struct RegionSurvey {
 
 /// Surveys a region.
 fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> RegionSurvey {
-    let areas: Vec<f64> = spots
-        .iter()
-        .scan(0.0, |sum, (triangle, _)| {
-            *sum += scene.triangle_area_m2(*triangle);
-            Some(*sum)
-        })
-        .collect();
+    let sides = SidesByArea::of(scene, spots);
     let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
     let mut look_from =
         |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&LightInSight) -> bool| {
             stream.seek(index);
             let aim = (index % points) as f64 + stream.unit();
-            let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
-            let (triangle, side) = spots[place.min(spots.len() - 1)];
+            let (triangle, side) = sides.at(aim / points as f64);
             let at = uniform_triangle(stream.pair());
             let origin = world.tracer.surface_origin(triangle, at, side);
             let place = [world.tracer.position_m(&origin), world.normal_on(triangle, at, side)];
