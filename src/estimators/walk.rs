@@ -26,7 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::{ConnectedFrom, World};
+use crate::transport::{ConnectedFrom, MetFrom, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -69,7 +69,7 @@ pub fn walk_parts_lx(
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = from_near_luminaires_lx(world, receiver, 1.0, cache, stream);
+    let (near_lx, near_rays) = from_near_luminaires_lx(world, receiver, (None, false), 1.0, cache, stream);
     let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
@@ -99,7 +99,8 @@ pub fn arriving_beside_packets_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let place = (receiver.point_m, receiver.normal);
-    let connected_from = world.near_luminaires.as_ref().map(|_| ConnectedFrom { place, drawn_for_m });
+    let connected_from = world.near_luminaires.as_ref();
+    let connected_from = connected_from.map(|_| ConnectedFrom { place, drawn_for_m, met: None, lands_twice: false });
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
@@ -301,6 +302,7 @@ impl Walk<'_> {
             connected_from: from,
         };
         let is_first_met = self.surfaces == 1;
+        let met = from.and_then(|from| from.meets((world.tracer.position_m(&origin), normal)));
         if let Bsdf::Diffuse(bsdf) = bsdf {
             let (known_lm_m2, known_rays) =
                 vertex.cached_lm_m2((bsdf.reflectance, is_first_met), shares, cache, cut, stream);
@@ -326,14 +328,16 @@ impl Walk<'_> {
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
         if let Bsdf::Diffuse(bsdf) = bsdf
-            && world.near_luminaires.is_some()
+            && let Some(lights) = &world.near_luminaires
         {
+            let second = (met, lights.lands_twice());
             let spread = self.weight * shares[1] * bsdf.reflectance;
-            let (near_lx, near_rays) = from_near_luminaires_lx(world, &vertex.receiver(), spread, cache, stream);
+            let (near_lx, near_rays) =
+                from_near_luminaires_lx(world, &vertex.receiver(), second, spread, cache, stream);
             self.sum_lm_m2 += spread * near_lx;
             self.rays += near_rays;
         }
-        self.leave(&Vertex { connected_from: None, ..vertex }, [shares[1], shares_behind[1]], cache, stream)
+        self.leave(&Vertex { connected_from: None, ..vertex }, met, [shares[1], shares_behind[1]], cache, stream)
     }
 
     /// Continues the walk from a surface, unless the surface absorbs it or transmits none of the counted light. Returns whether the walk
@@ -342,6 +346,7 @@ impl Walk<'_> {
     fn leave(
         &mut self,
         vertex: &Vertex,
+        met: Option<MetFrom>,
         [share, share_behind]: [f64; 2],
         cache: &mut impl Cache,
         stream: &mut Stream,
@@ -362,8 +367,10 @@ impl Walk<'_> {
         let Some(scattered) = scattered else {
             return false;
         };
-        let here = (world.near_luminaires.is_some() && matches!(bsdf, Bsdf::Diffuse(_)))
-            .then(|| ConnectedFrom::itself((world.tracer.position_m(vertex.origin), normal)));
+        let here = world.near_luminaires.as_ref().filter(|_| matches!(bsdf, Bsdf::Diffuse(_))).map(|lights| {
+            let point_m = world.tracer.position_m(vertex.origin);
+            ConnectedFrom { place: (point_m, normal), drawn_for_m: point_m, met, lands_twice: lights.lands_twice() }
+        });
         if scattered.lobe.leads_through() {
             self.origin = world.leave(hit, scattered.lobe);
         }
@@ -385,3 +392,6 @@ impl Walk<'_> {
         self.weight > 0.0
     }
 }
+
+#[cfg(test)]
+mod tests;

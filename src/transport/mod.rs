@@ -2,7 +2,9 @@
 
 mod choice;
 mod mirrors;
+mod near_emitters;
 mod near_luminaires;
+mod packets;
 mod patience;
 mod roulette;
 mod selection_by_cell;
@@ -15,7 +17,8 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use near_luminaires::{ConnectedFrom, LitSpot, NearLuminaires, PacketConnection, PointAndNormal};
+pub use near_luminaires::NearLuminaires;
+pub use packets::{ConnectedFrom, MetFrom, PacketConnection, PointAndNormal, SampledPlace};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;

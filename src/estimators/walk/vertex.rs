@@ -12,7 +12,7 @@ use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
-use crate::transport::{ConnectedFrom, Mirrors, TriangleSide, World};
+use crate::transport::{ConnectedFrom, MetFrom, Mirrors, SampledPlace, TriangleSide, World};
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
 /// been reflected once more than that of the receiver's own search.
@@ -164,8 +164,19 @@ impl Vertex<'_> {
     fn direct_lx(&self, sight: &Sight) -> f64 {
         let share = match (&self.world.near_luminaires, self.connected_from) {
             (Some(lights), Some(from)) => {
-                let place = (self.world.tracer.position_m(self.origin), self.normal);
-                lights.share_of_light_sample(self.world, sight.index, place, self.seen, from)
+                let leaving = match self.world.bsdf(self.hit.triangle) {
+                    Bsdf::Diffuse(bsdf) => bsdf.reflectance,
+                    Bsdf::Translucent(bsdf) if self.seen == self.normal => bsdf.reflectance,
+                    Bsdf::Translucent(bsdf) => bsdf.transmittance,
+                    _ => 0.0,
+                };
+                let lit = (self.world.tracer.position_m(self.origin), self.normal);
+                lights.share_of_light_sample(
+                    self.world,
+                    sight.index,
+                    &SampledPlace { lit, seen: self.seen, leaving },
+                    &from,
+                )
             }
             _ => 1.0,
         };
@@ -297,11 +308,12 @@ pub fn in_mirrors_lx(
 }
 
 /// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::transport::NearLuminaires`]. The cache
-/// is informed of its weight in the walk.
+/// is informed of its weight in the walk. `second`: how a walk met the receiver, and whether packets land twice.
 #[inline]
 pub(super) fn from_near_luminaires_lx(
     world: &World,
     receiver: &Receiver,
+    second: (Option<MetFrom>, bool),
     weight: f64,
     cache: &mut impl Cache,
     stream: &mut Stream,
@@ -309,7 +321,7 @@ pub(super) fn from_near_luminaires_lx(
     let Some(lights) = &world.near_luminaires else {
         return (0.0, 0);
     };
-    let found = lights.connect_to_packet(world, (receiver.point_m, receiver.normal), receiver.origin, stream);
+    let found = lights.connect_to_packet(world, ((receiver.point_m, receiver.normal), receiver.origin), second, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
-    (found.lx, found.rays)
+    (found.lx + found.second_lx, found.rays)
 }
