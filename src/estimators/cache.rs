@@ -35,6 +35,10 @@ pub struct Met<'a> {
 
 /// A cache that walks query, as in final gathering. It may supply the indirect light of a diffuse surface, and the direct light too.
 pub trait Cache {
+    /// Whether it supplies light, so that walks end at the first diffuse surface. Sheets before it then make no connections to packets of
+    /// near luminaires, whose light the cache contains.
+    const SUPPLIES: bool = false;
+
     /// What is known at a diffuse surface, and the number of rays that the query took.
     fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64);
 

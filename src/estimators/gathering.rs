@@ -74,6 +74,8 @@ pub struct CellPlace {
 }
 
 impl Cache for FirstDiffuse {
+    const SUPPLIES: bool = true;
+
     #[inline]
     fn look_up(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
         let Receiver { point_m, normal, origin } = met.receiver;

@@ -22,7 +22,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
-use crate::transport::World;
+use crate::transport::{ConnectingPoint, World};
 
 /// How neighbours share the points that their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -208,7 +208,7 @@ impl SharedWalks {
             rays += packet_rays;
             if let Some(spot) = spot {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
-                    let origin = world.leave(&spot.hit, LobeKind::Spread);
+                    let origin = world.leave(spot.hit(), LobeKind::Spread);
                     let point_m = world.tracer.position_m(&origin);
                     let (lit_per_m2, lit_lx) = spot.lit(world, point_m);
                     let near_lm_m2 = reflectance * lit_lx;
@@ -216,7 +216,7 @@ impl SharedWalks {
                         owner,
                         is_met: false,
                         point_m,
-                        normal: spot.normal,
+                        normal: spot.normal(),
                         origin,
                         leaving_lm_m2: 0.0,
                         near_lm_m2,
@@ -227,7 +227,7 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let to = (plane.point_m, plane.normal);
-                    let found = lights.connect_to_spot(world, &spot, (to, plane.origin));
+                    let found = lights.connect_to_spot(world, &spot, &ConnectingPoint::one_sided(to, plane.origin));
                     own_lx += factor * found.lx;
                     rays += found.rays;
                 }

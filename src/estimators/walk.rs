@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use self::vertex::{Departure, Vertex, from_near_luminaires_lx, met_lm_m2};
+use self::vertex::{Departure, Vertex, connecting_point, from_near_luminaires_lx, met_lm_m2};
 pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::images::Trail;
@@ -26,7 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::{ConnectedFrom, MetFrom, World};
+use crate::transport::{ConnectedFrom, ConnectingPoint, MetFrom, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -69,7 +69,8 @@ pub fn walk_parts_lx(
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = from_near_luminaires_lx(world, receiver, (None, false), 1.0, cache, stream);
+    let point = ConnectingPoint::one_sided((receiver.point_m, receiver.normal), receiver.origin);
+    let (near_lx, near_rays) = from_near_luminaires_lx(world, &point, (None, false), 1.0, cache, stream);
     let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
@@ -229,6 +230,15 @@ fn follow_lm_m2(
     (walk.sum_lm_m2, walk.rays)
 }
 
+/// Whether vertices of walks on a surface connect to packets of near luminaires.
+fn connects<C: Cache>(bsdf: &Bsdf) -> bool {
+    match bsdf {
+        Bsdf::Diffuse(_) => true,
+        Bsdf::Translucent(_) => !C::SUPPLIES,
+        _ => false,
+    }
+}
+
 /// State of a walk.
 struct Walk<'a> {
     world: &'a World,
@@ -263,11 +273,11 @@ impl Walk<'_> {
 
     /// Adds the light found at a surface. Returns whether the walk continues from there.
     #[inline]
-    fn meet(
+    fn meet<C: Cache>(
         &mut self,
         hit: &SurfaceHit,
         share_of: &impl Fn(DVec3, DVec3) -> [f64; 2],
-        cache: &mut impl Cache,
+        cache: &mut C,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> bool {
@@ -327,14 +337,12 @@ impl Walk<'_> {
         };
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
-        if let Bsdf::Diffuse(bsdf) = bsdf
-            && let Some(lights) = &world.near_luminaires
-        {
+        if let Some(lights) = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)) {
+            let behind = matches!(bsdf, Bsdf::Translucent(_)).then(|| world.leave(hit, LobeKind::SpreadThrough));
+            let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref());
             let second = (met, lights.lands_twice());
-            let spread = self.weight * shares[1] * bsdf.reflectance;
-            let (near_lx, near_rays) =
-                from_near_luminaires_lx(world, &vertex.receiver(), second, spread, cache, stream);
-            self.sum_lm_m2 += spread * near_lx;
+            let (near_lx, near_rays) = from_near_luminaires_lx(world, &point, second, self.weight, cache, stream);
+            self.sum_lm_m2 += self.weight * near_lx;
             self.rays += near_rays;
         }
         self.leave(&Vertex { connected_from: None, ..vertex }, met, [shares[1], shares_behind[1]], cache, stream)
@@ -343,12 +351,12 @@ impl Walk<'_> {
     /// Continues the walk from a surface, unless the surface absorbs it or transmits none of the counted light. Returns whether the walk
     /// continues. The shares apply to light that was reflected before: one for what the surface reflects, one for what it transmits.
     #[inline]
-    fn leave(
+    fn leave<C: Cache>(
         &mut self,
         vertex: &Vertex,
         met: Option<MetFrom>,
         [share, share_behind]: [f64; 2],
-        cache: &mut impl Cache,
+        cache: &mut C,
         stream: &mut Stream,
     ) -> bool {
         let Vertex { world, hit, normal, .. } = *vertex;
@@ -367,9 +375,10 @@ impl Walk<'_> {
         let Some(scattered) = scattered else {
             return false;
         };
-        let here = world.near_luminaires.as_ref().filter(|_| matches!(bsdf, Bsdf::Diffuse(_))).map(|lights| {
+        let here = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)).map(|lights| {
             let point_m = world.tracer.position_m(vertex.origin);
-            ConnectedFrom { place: (point_m, normal), drawn_for_m: point_m, met, lands_twice: lights.lands_twice() }
+            let left = if scattered.lobe == LobeKind::SpreadThrough { -normal } else { normal };
+            ConnectedFrom { place: (point_m, left), drawn_for_m: point_m, met, lands_twice: lights.lands_twice() }
         });
         if scattered.lobe.leads_through() {
             self.origin = world.leave(hit, scattered.lobe);
@@ -377,7 +386,7 @@ impl Walk<'_> {
         self.has_scattered |= scattered.lobe != LobeKind::Passed;
         self.connected_from = match scattered.lobe {
             LobeKind::Passed => self.connected_from,
-            LobeKind::Spread => here,
+            LobeKind::Spread | LobeKind::SpreadThrough => here,
             _ => None,
         };
         match scattered.lobe {

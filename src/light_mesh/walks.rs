@@ -127,6 +127,8 @@ struct DiffuseVertex {
 }
 
 impl Cache for Halt<'_> {
+    const SUPPLIES: bool = true;
+
     fn look_up(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (CacheAnswer, u64) {
         let receiver = &met.receiver;
         self.at =

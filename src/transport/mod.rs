@@ -18,7 +18,9 @@ use glam::DVec3;
 
 pub use mirrors::Mirrors;
 pub use near_luminaires::NearLuminaires;
-pub use packets::{ConnectedFrom, MetFrom, PacketConnection, PointAndNormal, SampledPlace};
+pub use packets::{
+    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
+};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;

@@ -81,20 +81,56 @@ pub struct SampledPlace {
     pub leaving: f64,
 }
 
-/// Share of a packet's light that a surface sends on.
-enum Leaving {
-    /// One side reflects the light, by its reflectance.
-    Reflected(f64),
-    /// A sheet scatters the light to both sides.
-    EitherSide { reflected: f64, passed: f64 },
+/// A side of a surface, or a receiver, that connects to packets.
+#[derive(Clone, Copy)]
+pub struct ConnectingSide<'a> {
+    /// The point in m and its unit normal.
+    pub place: PointAndNormal,
+    /// The point for the tracer.
+    pub origin: &'a Origin,
+    /// Factor by which its illuminance counts.
+    pub factor: f64,
+}
+
+/// A point that connects to packets, by one side or by either side of a sheet.
+#[derive(Clone, Copy)]
+pub struct ConnectingPoint<'a> {
+    /// The side, or the front of the sheet.
+    pub front: ConnectingSide<'a>,
+    /// The other side of the sheet.
+    pub behind: Option<ConnectingSide<'a>>,
+}
+
+impl<'a> ConnectingPoint<'a> {
+    /// A receiver, or a surface that scatters light on one side.
+    pub fn one_sided(place: PointAndNormal, origin: &'a Origin) -> ConnectingPoint<'a> {
+        ConnectingPoint { front: ConnectingSide { place, origin, factor: 1.0 }, behind: None }
+    }
+
+    /// The side that faces a point in m.
+    fn facing(&self, point_m: DVec3) -> &ConnectingSide<'a> {
+        let (front_m, normal) = self.front.place;
+        let behind = self.behind.as_ref().filter(|_| (point_m - front_m).dot(normal) < 0.0);
+        behind.unwrap_or(&self.front)
+    }
 }
 
 /// A side of a surface from which the light of a packet leaves.
-struct LitSide {
+struct LeavingSide {
     origin: Origin,
     place: PointAndNormal,
     /// Share of the light that leaves here.
-    leaving: f64,
+    share: f64,
+}
+
+/// Surface point where a packet has landed.
+struct Landing {
+    hit: SurfaceHit,
+    /// Unit normal of the side on which it has landed.
+    normal: DVec3,
+    /// Shares of its light that the surface reflects and transmits.
+    shares: [f64; 2],
+    is_sheet: bool,
 }
 
 /// Surface point where a packet of a near luminaire has landed.
@@ -103,19 +139,63 @@ pub struct LitSpot {
     emitter: u32,
     /// Probability that the emitter was drawn, over its flux in lm.
     drawn_per_lm: f64,
-    /// The surface point.
-    pub hit: SurfaceHit,
-    /// Unit normal of the lit side.
-    pub normal: DVec3,
-    leaving: Leaving,
+    landing: Landing,
 }
 
-/// Diffuse surface point where a packet has landed after it was reflected at its spot.
+/// Surface point where a packet has landed after its spot has reflected it.
 pub struct SecondLanding {
-    side: LitSide,
-    pub place: PointAndNormal,
-    origin: Origin,
-    pub reflectance: f64,
+    /// The side of the spot from which it came.
+    from: LeavingSide,
+    landing: Landing,
+}
+
+impl Landing {
+    /// Where a packet's ray lands past panes, and the number of rays traced. `None` if no surface that scatters is met, or if a pane does
+    /// not let the packet pass.
+    fn of(world: &World, mut origin: Origin, direction: DVec3, stream: &mut Stream) -> (Option<Landing>, u64) {
+        let mut rays = 0;
+        loop {
+            rays += 1;
+            let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) else {
+                return (None, rays);
+            };
+            if !world.receives(hit.triangle, hit.side) || world.is_touched(&origin, &hit) {
+                return (None, rays);
+            }
+            let normal = world.normal_at(&hit);
+            match world.bsdf(hit.triangle) {
+                bsdf @ (Bsdf::Diffuse(_) | Bsdf::Translucent(_)) => {
+                    let is_sheet = matches!(bsdf, Bsdf::Translucent(_));
+                    return (Some(Landing { hit, normal, shares: bsdf.diffuse_shares(), is_sheet }), rays);
+                }
+                bsdf @ Bsdf::Glass(_) => match bsdf.sample(direction, normal, stream) {
+                    Some(scattered) if scattered.lobe == LobeKind::Passed => {
+                        origin = world.leave(&hit, scattered.lobe);
+                    }
+                    _ => return (None, rays),
+                },
+                _ => return (None, rays),
+            }
+        }
+    }
+
+    /// The side from which light leaves in a direction of this kind.
+    fn side(&self, world: &World, lobe: LobeKind) -> LeavingSide {
+        let origin = world.leave(&self.hit, lobe);
+        let point_m = world.tracer.position_m(&origin);
+        let [reflected, passed] = self.shares;
+        match lobe {
+            LobeKind::SpreadThrough => LeavingSide { origin, place: (point_m, -self.normal), share: passed },
+            _ => LeavingSide { origin, place: (point_m, self.normal), share: reflected },
+        }
+    }
+
+    /// The side from which light leaves towards a point in m.
+    fn side_towards(&self, world: &World, point_m: DVec3) -> LeavingSide {
+        let front = self.side(world, LobeKind::Spread);
+        let is_behind = self.is_sheet && (point_m - front.place.0).dot(self.normal) < 0.0;
+        if is_behind { self.side(world, LobeKind::SpreadThrough) } else { front }
+    }
 }
 
 impl LitSpot {
@@ -123,142 +203,124 @@ impl LitSpot {
     /// with which the emitter was drawn is given over its flux in lm.
     pub fn land(world: &World, (emitter, drawn_per_lm): (u32, f64), stream: &mut Stream) -> (Option<LitSpot>, u64) {
         let emitted = world.emitters.list()[emitter as usize].emit(stream);
-        let origin = world.origin(&emitted.place);
-        let (hit, rays) = past_panes(world, origin, emitted.direction, stream);
-        let spot = hit.and_then(|hit| {
-            let leaving = match world.bsdf(hit.triangle) {
-                Bsdf::Diffuse(bsdf) => Leaving::Reflected(bsdf.reflectance),
-                Bsdf::Translucent(bsdf) => {
-                    Leaving::EitherSide { reflected: bsdf.reflectance, passed: bsdf.transmittance }
-                }
-                _ => return None,
-            };
-            Some(LitSpot { emitter, drawn_per_lm, hit, normal: world.normal_at(&hit), leaving })
-        });
-        (spot, rays)
+        let (landing, rays) = Landing::of(world, world.origin(&emitted.place), emitted.direction, stream);
+        (landing.map(|landing| LitSpot { emitter, drawn_per_lm, landing }), rays)
+    }
+
+    /// The surface point.
+    pub fn hit(&self) -> &SurfaceHit {
+        &self.landing.hit
+    }
+
+    /// Unit normal of the lit side.
+    pub fn normal(&self) -> DVec3 {
+        self.landing.normal
     }
 
     /// Reflectance of a surface that scatters light only to the lit side. `None` for a sheet.
     pub fn reflectance(&self) -> Option<f64> {
-        match self.leaving {
-            Leaving::Reflected(reflectance) => Some(reflectance),
-            Leaving::EitherSide { .. } => None,
-        }
+        (!self.landing.is_sheet).then_some(self.landing.shares[0])
     }
 
     /// Density in 1/m² of such packets at a point of the spot's surface in m, and the emitter's illuminance there in lx.
     pub fn lit(&self, world: &World, point_m: DVec3) -> (f64, f64) {
-        let lx = world.emitters.list()[self.emitter as usize].unshadowed_lx(point_m, self.normal);
+        let lx = world.emitters.list()[self.emitter as usize].unshadowed_lx(point_m, self.landing.normal);
         (lx * self.drawn_per_lm, lx)
     }
 
-    /// The side from which light leaves in a direction of this kind.
-    fn side(&self, world: &World, lobe: LobeKind) -> LitSide {
-        let origin = world.leave(&self.hit, lobe);
-        let point_m = world.tracer.position_m(&origin);
-        match (lobe, &self.leaving) {
-            (LobeKind::SpreadThrough, Leaving::EitherSide { passed, .. }) => {
-                LitSide { origin, place: (point_m, -self.normal), leaving: *passed }
-            }
-            (_, Leaving::Reflected(reflected) | Leaving::EitherSide { reflected, .. }) => {
-                LitSide { origin, place: (point_m, self.normal), leaving: *reflected }
-            }
-        }
-    }
-
-    /// Illuminance of a point from the spot, weighted against walks that meet the spot from the point, or that met the point itself from a
-    /// point with connections to second landings. Its rays are those that test visibility.
+    /// Illuminance that a point receives from the spot, times its factor. It is weighted against walks that meet the spot from the point,
+    /// and against second landings at the point, if walks met it from where these count. Its rays are those that test visibility.
     pub fn seen_from(
         &self,
         world: &World,
         near: &NearEmitters,
-        (to, to_origin): (PointAndNormal, &Origin),
+        to: &ConnectingPoint,
         met: Option<MetFrom>,
     ) -> PacketConnection {
-        let is_behind = self.reflectance().is_none() && {
-            let lit_m = world.tracer.position_m(&world.leave(&self.hit, LobeKind::Spread));
-            (to.0 - lit_m).dot(self.normal) < 0.0
-        };
-        let side = self.side(world, if is_behind { LobeKind::SpreadThrough } else { LobeKind::Spread });
-        let found = self.unoccluded(world, near, &side, to, met, self.drawn_per_lm);
-        if found.lx <= 0.0 {
-            return found;
+        let side = self.landing.side_towards(world, to.front.place.0);
+        let to = to.facing(side.place.0);
+        let found = self.unoccluded(world, near, &side, to.place, met, self.drawn_per_lm);
+        if found.lx <= 0.0 || to.factor <= 0.0 {
+            return PacketConnection { lx: 0.0, ..found };
         }
-        let passed = world.transmittance(to_origin, &side.origin);
-        PacketConnection { lx: passed * found.lx, rays: 1, ..found }
+        let passed = world.transmittance(to.origin, &side.origin);
+        PacketConnection { lx: to.factor * passed * found.lx, rays: 1, ..found }
     }
 
-    /// The same without occlusion. Packets for the point are drawn with a probability of `drawn_per_lm`, over the emitter's flux in lm.
+    /// The same for one side without occlusion and factor. Packets for the point are drawn with a probability of `drawn_per_lm`, over the
+    /// emitter's flux in lm.
     fn unoccluded(
         &self,
         world: &World,
         near: &NearEmitters,
-        side: &LitSide,
+        side: &LeavingSide,
         to: PointAndNormal,
         met: Option<MetFrom>,
         drawn_per_lm: f64,
     ) -> PacketConnection {
-        let (point_m, _) = side.place;
-        let (met_per_m2, lit_lx) = (seen_per_m2(side.place, to), self.lit(world, point_m).1);
-        if side.leaving <= 0.0 || met_per_m2 <= 0.0 || lit_lx <= 0.0 {
+        let (met_per_m2, lit_lx) = (seen_per_m2(side.place, to), self.lit(world, side.place.0).1);
+        if side.share <= 0.0 || met_per_m2 <= 0.0 || lit_lx <= 0.0 {
             return PacketConnection::nothing(0);
         }
-        let second = met.map_or(0.0, |met| met.second_per_lm(near, self.emitter, side.leaving, met_per_m2));
+        let second = met.map_or(0.0, |met| met.second_per_lm(near, self.emitter, side.share, met_per_m2));
         let all_per_m2 = met_per_m2 + world.roulette.connection_chance * lit_lx * (drawn_per_lm + second);
-        let lx = lit_lx * side.leaving * met_per_m2 / all_per_m2;
+        let lx = lit_lx * side.share * met_per_m2 / all_per_m2;
         PacketConnection { lx, met_per_m2, lit_per_m2: lit_lx * drawn_per_lm, ..PacketConnection::nothing(0) }
     }
 
-    /// Where the packet lands next, if its spot reflects it and if it lands on a diffuse surface, and the number of rays traced.
+    /// Where the packet lands next, if its spot reflects or transmits it, and the number of rays traced.
     pub fn land_again(&self, world: &World, stream: &mut Stream) -> (Option<SecondLanding>, u64) {
+        let [reflected, passed] = self.landing.shares;
         let fate = stream.unit();
-        let lobe = match self.leaving {
-            Leaving::Reflected(reflected) if fate < reflected => LobeKind::Spread,
-            Leaving::EitherSide { reflected, .. } if fate < reflected => LobeKind::Spread,
-            Leaving::EitherSide { reflected, passed } if fate < reflected + passed => LobeKind::SpreadThrough,
-            _ => return (None, 0),
-        };
-        let side = self.side(world, lobe);
-        let direction = cosine_hemisphere(side.place.1, stream.pair());
-        let (hit, rays) = past_panes(world, side.origin, direction, stream);
-        let landing = hit.and_then(|hit| {
-            let Bsdf::Diffuse(bsdf) = world.bsdf(hit.triangle) else {
-                return None;
-            };
-            let origin = world.leave(&hit, LobeKind::Spread);
-            let place = (world.tracer.position_m(&origin), world.normal_at(&hit));
-            Some(SecondLanding { side, place, origin, reflectance: bsdf.reflectance })
-        });
-        (landing, rays)
+        if fate >= reflected + passed {
+            return (None, 0);
+        }
+        let lobe = if fate < reflected { LobeKind::Spread } else { LobeKind::SpreadThrough };
+        let from = self.landing.side(world, lobe);
+        let direction = cosine_hemisphere(from.place.1, stream.pair());
+        let (landing, rays) = Landing::of(world, from.origin, direction, stream);
+        (landing.map(|landing| SecondLanding { from, landing }), rays)
     }
 
-    /// Illuminance of a point in lx by way of a second landing, weighted against walks from the point that meet the landing, and the number
-    /// of rays that test visibility.
+    /// Illuminance that a point receives by way of a second landing in lx, times its factor, and the number of rays that test visibility. It
+    /// is weighted against walks from the point that meet the landing.
     pub fn seen_by_second_landing(
         &self,
         world: &World,
         near: &NearEmitters,
-        landing: &SecondLanding,
-        (to, to_origin): (PointAndNormal, &Origin),
+        second: &SecondLanding,
+        to: &ConnectingPoint,
     ) -> (f64, u64) {
-        let met_per_m2 = seen_per_m2(landing.place, to);
-        if met_per_m2 <= 0.0 {
+        let side = second.landing.side_towards(world, to.front.place.0);
+        let drawn_for_m = to.front.place.0;
+        let to = to.facing(side.place.0);
+        let met_per_m2 = seen_per_m2(side.place, to.place);
+        if met_per_m2 <= 0.0 || side.share <= 0.0 || to.factor <= 0.0 {
             return (0.0, 0);
         }
-        let met = Some(MetFrom { met_per_m2, drawn_for_m: to.0 });
-        let drawn_per_lm = near.drawn_per_lm(self.emitter, landing.place.0);
-        let found = self.unoccluded(world, near, &landing.side, landing.place, met, drawn_per_lm);
+        let (landed_m, _) = side.place;
+        let met = Some(MetFrom { met_per_m2, drawn_for_m });
+        let drawn_per_lm = near.drawn_per_lm(self.emitter, landed_m);
+        let found = self.unoccluded(world, near, &second.from, (landed_m, second.landing.normal), met, drawn_per_lm);
         if found.lx <= 0.0 {
             return (0.0, 0);
         }
-        (landing.reflectance * found.lx * world.transmittance(to_origin, &landing.origin), 1)
+        (to.factor * side.share * found.lx * world.transmittance(to.origin, &side.origin), 1)
     }
 
     /// Ratio to a density in 1/m² of the harmonic sum of two: that of packets at the spot, and that of reflected packets at the landing.
-    pub fn ratio_at(&self, world: &World, landing: &SecondLanding, per_m2: f64) -> f64 {
-        let (lit_per_m2, _) = self.lit(world, landing.side.place.0);
-        let between_per_m2 = seen_per_m2(landing.side.place, landing.place);
+    pub fn ratio_at(&self, world: &World, second: &SecondLanding, per_m2: f64) -> f64 {
+        let (lit_per_m2, _) = self.lit(world, second.from.place.0);
+        let landed_m = second.landing.side(world, LobeKind::Spread).place.0;
+        let between_per_m2 = seen_per_m2(second.from.place, (landed_m, second.landing.normal));
         1.0 / (per_m2 / lit_per_m2 + per_m2 / between_per_m2)
+    }
+}
+
+impl SecondLanding {
+    /// Share of the light that the surface sends on, to both sides together.
+    pub fn leaving(&self) -> f64 {
+        self.landing.shares.iter().sum()
     }
 }
 
@@ -290,29 +352,6 @@ pub(super) fn share_of_light_sample(
     let second = from.met.map_or(0.0, |met| met.second_per_lm(near, emitter, place.leaving, met_per_m2));
     let drawn_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m);
     met_per_m2 / (met_per_m2 + world.roulette.connection_chance * lx * (drawn_per_lm + second))
-}
-
-/// The first surface on a packet's ray that is not a pane, and the number of rays traced. `None` if it meets none, or one that only absorbs,
-/// or if a pane does not let the packet pass.
-fn past_panes(world: &World, mut origin: Origin, direction: DVec3, stream: &mut Stream) -> (Option<SurfaceHit>, u64) {
-    let mut rays = 0;
-    loop {
-        rays += 1;
-        let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) else {
-            return (None, rays);
-        };
-        if !world.receives(hit.triangle, hit.side) || world.is_touched(&origin, &hit) {
-            return (None, rays);
-        }
-        let bsdf = world.bsdf(hit.triangle);
-        if !matches!(bsdf, Bsdf::Glass(_)) {
-            return (Some(hit), rays);
-        }
-        match bsdf.sample(direction, world.normal_at(&hit), stream) {
-            Some(scattered) if scattered.lobe == LobeKind::Passed => origin = world.leave(&hit, scattered.lobe),
-            _ => return (None, rays),
-        }
-    }
 }
 
 /// Density in 1/m² with which cosine-distributed rays from one point meet another, without occlusion.

@@ -12,7 +12,9 @@ use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
-use crate::transport::{ConnectedFrom, MetFrom, Mirrors, SampledPlace, TriangleSide, World};
+use crate::transport::{
+    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, Mirrors, SampledPlace, TriangleSide, World,
+};
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
 /// been reflected once more than that of the receiver's own search.
@@ -164,12 +166,8 @@ impl Vertex<'_> {
     fn direct_lx(&self, sight: &Sight) -> f64 {
         let share = match (&self.world.near_luminaires, self.connected_from) {
             (Some(lights), Some(from)) => {
-                let leaving = match self.world.bsdf(self.hit.triangle) {
-                    Bsdf::Diffuse(bsdf) => bsdf.reflectance,
-                    Bsdf::Translucent(bsdf) if self.seen == self.normal => bsdf.reflectance,
-                    Bsdf::Translucent(bsdf) => bsdf.transmittance,
-                    _ => 0.0,
-                };
+                let [reflected, passed] = self.world.bsdf(self.hit.triangle).diffuse_shares();
+                let leaving = if self.seen == self.normal { reflected } else { passed };
                 let lit = (self.world.tracer.position_m(self.origin), self.normal);
                 lights.share_of_light_sample(
                     self.world,
@@ -307,12 +305,31 @@ pub fn in_mirrors_lx(
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
+/// The sides by which a vertex of a walk connects to packets of near luminaires, with what they send along the walk. The shares count for
+/// what the vertex reflects, and for what a sheet transmits from its other side, `behind`.
+pub(super) fn connecting_point<'a>(
+    vertex: &Vertex<'a>,
+    bsdf: &Bsdf,
+    [share, share_behind]: [f64; 2],
+    behind: Option<&'a Origin>,
+) -> ConnectingPoint<'a> {
+    let [reflectance, transmittance] = bsdf.diffuse_shares();
+    let side = |normal: DVec3, origin: &'a Origin, factor: f64| {
+        let place = (vertex.world.tracer.position_m(origin), normal);
+        ConnectingSide { place, origin, factor }
+    };
+    ConnectingPoint {
+        front: side(vertex.normal, vertex.origin, share * reflectance),
+        behind: behind.map(|origin| side(-vertex.normal, origin, share_behind * transmittance)),
+    }
+}
+
 /// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::transport::NearLuminaires`]. The cache
-/// is informed of its weight in the walk. `second`: how a walk met the receiver, and whether packets land twice.
+/// is informed of its weight in the walk. `second`: how a walk met the point, and whether packets land twice.
 #[inline]
 pub(super) fn from_near_luminaires_lx(
     world: &World,
-    receiver: &Receiver,
+    point: &ConnectingPoint,
     second: (Option<MetFrom>, bool),
     weight: f64,
     cache: &mut impl Cache,
@@ -321,7 +338,7 @@ pub(super) fn from_near_luminaires_lx(
     let Some(lights) = &world.near_luminaires else {
         return (0.0, 0);
     };
-    let found = lights.connect_to_packet(world, ((receiver.point_m, receiver.normal), receiver.origin), second, stream);
+    let found = lights.connect_to_packet(world, point, second, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
     (found.lx + found.second_lx, found.rays)
 }

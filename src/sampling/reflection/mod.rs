@@ -165,6 +165,16 @@ impl Bsdf {
         of_bsdf!(self, bsdf => bsdf.spread_per_sr(pair))
     }
 
+    /// Shares of the light that surfaces without lobes scatter diffusely to the lit side and to the other side; 0 for others.
+    #[inline]
+    pub fn diffuse_shares(&self) -> [f64; 2] {
+        match self {
+            Bsdf::Diffuse(bsdf) => [bsdf.reflectance, 0.0],
+            Bsdf::Translucent(bsdf) => [bsdf.reflectance, bsdf.transmittance],
+            _ => [0.0; 2],
+        }
+    }
+
     pub fn diffuse_part(&self) -> f64 {
         of_bsdf!(self, bsdf => bsdf.diffuse_part())
     }
