@@ -20,3 +20,5 @@ pub mod sight;
 pub mod small_body;
 pub mod sunlight;
 pub mod walk;
+#[cfg(test)]
+pub mod walks_in_a_box;

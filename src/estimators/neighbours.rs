@@ -227,7 +227,7 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let to = (plane.point_m, plane.normal);
-                    let found = lights.connect_to_spot(world, &spot, &ConnectingPoint::one_sided(to, plane.origin));
+                    let found = lights.connect_to_spot(world, &spot, &ConnectingPoint::receiver(to, plane.origin));
                     own_lx += factor * found.lx;
                     rays += found.rays;
                 }

@@ -225,9 +225,10 @@ mod tests {
     use super::*;
     use crate::check::scene_from_json;
     use crate::estimators::walk::sample_indirect_lx;
+    use crate::estimators::walks_in_a_box::EmptyBox;
     use crate::scene::Scene;
 
-    const SIZE_M: [f64; 3] = [4.0, 3.0, 2.0];
+    const ROOM: EmptyBox = EmptyBox([4.0, 3.0, 2.0]);
     const LM: f64 = 1000.0;
 
     /// A room of one reflectance with a lamp `below_m` below its ceiling.
@@ -238,7 +239,7 @@ mod tests {
     /// A room of one reflectance with lamps in a row, each with its distance below the ceiling in m and its flux in lm.
     fn room_of_lamps(reflectance: f64, lamps: &[(f64, f64)]) -> Scene {
         let lamp = |(number, (below_m, lm)): (usize, &(f64, f64))| {
-            let (x_m, height_m) = (1.7 + 1.6 * number as f64, SIZE_M[2] - below_m);
+            let (x_m, height_m) = (1.7 + 1.6 * number as f64, ROOM.0[2] - below_m);
             format!(
                 r#"{{ "name": "{number}", "type": "point", "position": [{x_m},1.3,{height_m}], "luminous_flux_lm": {lm} }}"#
             )
@@ -253,47 +254,11 @@ mod tests {
         scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
     }
 
-    /// Area of the room's sides in m².
-    fn area_m2() -> f64 {
-        let [x, y, z] = SIZE_M;
-        2.0 * (x * y + y * z + z * x)
-    }
-
-    /// A uniformly distributed point on the sides, and the normal of its side.
-    fn anywhere(stream: &mut Stream) -> (DVec3, DVec3) {
-        let [x, y, z] = SIZE_M;
-        let mut aim = stream.unit() * area_m2() / 2.0;
-        let axis = if aim < y * z {
-            0
-        } else {
-            aim -= y * z;
-            if aim < z * x { 1 } else { 2 }
-        };
-        let mut point = DVec3::new(stream.unit() * x, stream.unit() * y, stream.unit() * z);
-        let mut normal = DVec3::ZERO;
-        let is_low = stream.unit() < 0.5;
-        point[axis] = if is_low { 0.0 } else { SIZE_M[axis] };
-        normal[axis] = if is_low { 1.0 } else { -1.0 };
-        (point, normal)
-    }
-
     /// Mean, variance and rays of `count` walks that start anywhere.
     fn walks(world: &World, count: u64, seed: u64) -> [f64; 3] {
-        let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
-        let mut cut = Cut::default();
-        let (mut sum, mut squares, mut rays) = (0.0, 0.0, 0);
-        for walk in 0..count {
-            stream.seek(walk);
-            let (point_m, normal) = anywhere(&mut stream);
-            let origin = world.tracer.side_origin(point_m, normal);
-            let receiver = Receiver { point_m, normal, origin: &origin };
-            let (lx, walk_rays) = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
-            sum += lx;
-            squares += lx * lx;
-            rays += walk_rays;
-        }
-        let mean = sum / count as f64;
-        [mean, squares / count as f64 - mean * mean, rays as f64 / count as f64]
+        let walk =
+            |receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| sample_indirect_lx(world, receiver, cut, stream);
+        ROOM.walks(world, (count, seed), walk)
     }
 
     /// Whatever is left to chance, the mean over all sides of a closed room of one reflectance is Φ ρ/(A (1 − ρ)). Three rooms,
@@ -307,7 +272,7 @@ mod tests {
             let scene = room_of_lamps(reflectance, lamps);
             let mut world = world_for_walks(&scene);
             assert!(lamps.len() == 1 || world.is_near(0) && world.is_near(1));
-            let exact_lx = LM * reflectance / (area_m2() * (1.0 - reflectance));
+            let exact_lx = LM * reflectance / (ROOM.area_m2() * (1.0 - reflectance));
             let found = world.roulette;
             for (safe_weight, connection_chance) in
                 [(1.0, 1.0), (0.1, 0.25), (0.5, 0.125), (found.safe_weight, found.connection_chance)]
@@ -331,7 +296,7 @@ mod tests {
         assert!(world.near_luminaires.is_some());
         world.roulette = Roulette { safe_weight: 1.0, ..Roulette::default() };
         let mut stream = Stream::new(3, Purpose::Pilot, 1, 0);
-        let places: Vec<(DVec3, DVec3)> = (0..20_000).map(|_| anywhere(&mut stream)).collect();
+        let places: Vec<(DVec3, DVec3)> = (0..20_000).map(|_| ROOM.anywhere(&mut stream)).collect();
         let seen = {
             let mut sum = Moments::default();
             for some in places.chunks(MOST_PLACES) {

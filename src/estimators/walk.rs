@@ -69,8 +69,10 @@ pub fn walk_parts_lx(
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let point = ConnectingPoint::one_sided((receiver.point_m, receiver.normal), receiver.origin);
-    let (near_lx, near_rays) = from_near_luminaires_lx(world, &point, (None, false), 1.0, cache, stream);
+    let (near_lx, near_rays) = world.near_luminaires.as_ref().map_or((0.0, 0), |lights| {
+        let point = ConnectingPoint::receiver((receiver.point_m, receiver.normal), receiver.origin);
+        from_near_luminaires_lx((world, lights), &point, 1.0, cache, stream)
+    });
     let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
@@ -312,7 +314,6 @@ impl Walk<'_> {
             connected_from: from,
         };
         let is_first_met = self.surfaces == 1;
-        let met = from.and_then(|from| from.meets((world.tracer.position_m(&origin), normal)));
         if let Bsdf::Diffuse(bsdf) = bsdf {
             let (known_lm_m2, known_rays) =
                 vertex.cached_lm_m2((bsdf.reflectance, is_first_met), shares, cache, cut, stream);
@@ -322,6 +323,7 @@ impl Walk<'_> {
                 return false;
             }
         }
+        let met = from.and_then(|from| from.meets(|| (world.tracer.position_m(&origin), normal)));
         let (direct_lm_m2, direct_rays) = match bsdf {
             Bsdf::Diffuse(bsdf) => {
                 let tell = |event: WalkEvent| {
@@ -339,9 +341,9 @@ impl Walk<'_> {
         self.rays += direct_rays;
         if let Some(lights) = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)) {
             let behind = matches!(bsdf, Bsdf::Translucent(_)).then(|| world.leave(hit, LobeKind::SpreadThrough));
-            let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref());
             let second = (met, lights.lands_twice());
-            let (near_lx, near_rays) = from_near_luminaires_lx(world, &point, second, self.weight, cache, stream);
+            let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref(), second);
+            let (near_lx, near_rays) = from_near_luminaires_lx((world, lights), &point, self.weight, cache, stream);
             self.sum_lm_m2 += self.weight * near_lx;
             self.rays += near_rays;
         }

@@ -11,10 +11,7 @@ use glam::DVec3;
 
 use super::World;
 use super::near_emitters::{NearEmitter, NearEmitters};
-use super::packets::{
-    ConnectedFrom, ConnectingPoint, LitSpot, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
-    share_of_light_sample,
-};
+use super::packets::{ConnectedFrom, ConnectingPoint, LitSpot, PacketConnection, PointAndNormal, SampledPlace};
 use super::sides_by_area::{SidesByArea, TriangleSide};
 use crate::geometry::Meeting;
 use crate::sampling::random::{Purpose, Stream};
@@ -184,32 +181,26 @@ impl NearLuminaires {
         place: &SampledPlace,
         from: &ConnectedFrom,
     ) -> f64 {
-        if self.is_near(emitter) { share_of_light_sample(world, &self.emitters, emitter, place, from) } else { 1.0 }
+        if self.is_near(emitter) { place.share(world, &self.emitters, emitter, from) } else { 1.0 }
     }
 
     /// One weighted sample of the illuminance of a point in lx, by way of the diffuse surfaces that near luminaires light. It is taken with
-    /// the chance of [`Roulette`]. `met` says how a walk met the point. Second landings are used if `lands_twice`.
-    pub fn connect_to_packet(
-        &self,
-        world: &World,
-        to: &ConnectingPoint,
-        (met, lands_twice): (Option<MetFrom>, bool),
-        stream: &mut Stream,
-    ) -> PacketConnection {
+    /// the chance of [`Roulette`].
+    pub fn connect_to_packet(&self, world: &World, to: &ConnectingPoint, stream: &mut Stream) -> PacketConnection {
         let (spot, rays) = self.packet(world, to.front.place.0, stream);
         let Some(spot) = spot else {
             return PacketConnection::nothing(rays);
         };
-        let found = spot.seen_from(world, &self.emitters, to, met);
-        let (landing, landing_rays) = if lands_twice { spot.land_again(world, stream) } else { (None, 0) };
+        let found = self.connect_to_spot(world, &spot, to);
+        let (landing, landing_rays) = if to.lands_twice { spot.land_again(world, stream) } else { (None, 0) };
         let (second_lx, second_rays) =
             landing.map_or((0.0, 0), |landing| spot.seen_by_second_landing(world, &self.emitters, &landing, to));
         PacketConnection { rays: rays + found.rays + landing_rays + second_rays, second_lx, ..found }
     }
 
-    /// One weighted sample of the illuminance of a receiver in lx from the spot of a packet that was drawn for it or for its neighbours.
+    /// One weighted sample of the illuminance of a point in lx from the spot of a packet that was drawn for it or for its neighbours.
     pub fn connect_to_spot(&self, world: &World, spot: &LitSpot, to: &ConnectingPoint) -> PacketConnection {
-        spot.seen_from(world, &self.emitters, to, None)
+        spot.seen_from(world, &self.emitters, to)
     }
 
     /// The spot that a packet of a near luminaire lights, drawn for a point in m, and the number of rays traced. `None` if the packet

@@ -44,8 +44,9 @@ pub struct MetFrom {
 
 impl ConnectedFrom {
     /// How a walk from here meets a place. `None` if no connections to second landings are made here, or if they do not see the place.
-    pub fn meets(&self, place: PointAndNormal) -> Option<MetFrom> {
-        let met_per_m2 = if self.lands_twice { seen_per_m2(place, self.place) } else { 0.0 };
+    #[inline]
+    pub fn meets(&self, place: impl FnOnce() -> PointAndNormal) -> Option<MetFrom> {
+        let met_per_m2 = if self.lands_twice { seen_per_m2(place(), self.place) } else { 0.0 };
         (met_per_m2 > 0.0).then_some(MetFrom { met_per_m2, drawn_for_m: self.drawn_for_m })
     }
 }
@@ -99,12 +100,17 @@ pub struct ConnectingPoint<'a> {
     pub front: ConnectingSide<'a>,
     /// The other side of the sheet.
     pub behind: Option<ConnectingSide<'a>>,
+    /// How a walk met the point. `None` if the point before it makes no connections to second landings.
+    pub met: Option<MetFrom>,
+    /// Whether it connects to second landings too.
+    pub lands_twice: bool,
 }
 
 impl<'a> ConnectingPoint<'a> {
-    /// A receiver, or a surface that scatters light on one side.
-    pub fn one_sided(place: PointAndNormal, origin: &'a Origin) -> ConnectingPoint<'a> {
-        ConnectingPoint { front: ConnectingSide { place, origin, factor: 1.0 }, behind: None }
+    /// A receiver. It connects to first landings alone.
+    pub fn receiver(place: PointAndNormal, origin: &'a Origin) -> ConnectingPoint<'a> {
+        let front = ConnectingSide { place, origin, factor: 1.0 };
+        ConnectingPoint { front, behind: None, met: None, lands_twice: false }
     }
 
     /// The side that faces a point in m.
@@ -230,14 +236,8 @@ impl LitSpot {
 
     /// Illuminance that a point receives from the spot, times its factor. It is weighted against walks that meet the spot from the point,
     /// and against second landings at the point, if walks met it from where these count. Its rays are those that test visibility.
-    pub fn seen_from(
-        &self,
-        world: &World,
-        near: &NearEmitters,
-        to: &ConnectingPoint,
-        met: Option<MetFrom>,
-    ) -> PacketConnection {
-        let side = self.landing.side_towards(world, to.front.place.0);
+    pub fn seen_from(&self, world: &World, near: &NearEmitters, to: &ConnectingPoint) -> PacketConnection {
+        let (side, met) = (self.landing.side_towards(world, to.front.place.0), to.met);
         let to = to.facing(side.place.0);
         let found = self.unoccluded(world, near, &side, to.place, met, self.drawn_per_lm);
         if found.lx <= 0.0 || to.factor <= 0.0 {
@@ -333,25 +333,21 @@ impl MetFrom {
     }
 }
 
-/// Weight of a light sample of a near emitter at a diffuse point, beside the connections to packets. A walk met the point from `from`, where
-/// it made a connection: docs/methods.md (42) and (55).
-#[inline]
-pub(super) fn share_of_light_sample(
-    world: &World,
-    near: &NearEmitters,
-    emitter: u32,
-    place: &SampledPlace,
-    from: &ConnectedFrom,
-) -> f64 {
-    let met_per_m2 = seen_per_m2((place.lit.0, place.seen), from.place);
-    if met_per_m2 <= 0.0 {
-        // The walk met the point by rounding alone: a connection does not see it.
-        return 1.0;
+impl SampledPlace {
+    /// Weight of a light sample of a near emitter, beside the connections to packets. A walk met the place from `from`, where it made a
+    /// connection: docs/methods.md (42) and (55).
+    #[inline]
+    pub(super) fn share(&self, world: &World, near: &NearEmitters, emitter: u32, from: &ConnectedFrom) -> f64 {
+        let met_per_m2 = seen_per_m2((self.lit.0, self.seen), from.place);
+        if met_per_m2 <= 0.0 {
+            // The walk met the point by rounding alone: a connection does not see it.
+            return 1.0;
+        }
+        let lx = world.emitters.list()[emitter as usize].unshadowed_lx(self.lit.0, self.lit.1);
+        let second = from.met.map_or(0.0, |met| met.second_per_lm(near, emitter, self.leaving, met_per_m2));
+        let drawn_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m);
+        met_per_m2 / (met_per_m2 + world.roulette.connection_chance * lx * (drawn_per_lm + second))
     }
-    let lx = world.emitters.list()[emitter as usize].unshadowed_lx(place.lit.0, place.lit.1);
-    let second = from.met.map_or(0.0, |met| met.second_per_lm(near, emitter, place.leaving, met_per_m2));
-    let drawn_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m);
-    met_per_m2 / (met_per_m2 + world.roulette.connection_chance * lx * (drawn_per_lm + second))
 }
 
 /// Density in 1/m² with which cosine-distributed rays from one point meet another, without occlusion.

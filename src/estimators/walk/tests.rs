@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::walk_indirect_lx;
 use crate::check::scene_from_json;
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::receiver::Receiver;
+use crate::estimators::walks_in_a_box::EmptyBox;
 use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::random::Stream;
 use crate::transport::{NearLuminaires, World};
 
 const EDGE_M: f64 = 3.0;
+const CUBE: EmptyBox = EmptyBox([EDGE_M; 3]);
 const REFLECTANCE: f64 = 0.6;
 const LM: f64 = 1000.0;
 const WALKS: u64 = 60_000;
@@ -51,32 +51,13 @@ fn world(bodies: &str) -> World {
     World::new(&scene_from_json(&text, None, Path::new(".")).expect("a valid scene"))
 }
 
-/// A point evenly distributed over the faces of the cube, and the normal of its face.
-fn anywhere(stream: &mut Stream) -> (DVec3, DVec3) {
-    let mut point_m = EDGE_M * DVec3::new(stream.unit(), stream.unit(), stream.unit());
-    let (axis, is_low) = ((3.0 * stream.unit()) as usize, stream.unit() < 0.5);
-    point_m[axis] = if is_low { 0.0 } else { EDGE_M };
-    let mut normal = DVec3::ZERO;
-    normal[axis] = if is_low { 1.0 } else { -1.0 };
-    (point_m, normal)
-}
-
 /// Mean of walks from anywhere in lx, its standard error, and the part that second landings bring.
 fn mean_lx(world: &World, walks: u64, seed: u64) -> [f64; 3] {
-    let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
-    let (mut cut, mut second) = (Cut::default(), SecondLandings::default());
-    let (mut sum, mut squares) = (0.0, 0.0);
-    for walk in 0..walks {
-        stream.seek(walk);
-        let (point_m, normal) = anywhere(&mut stream);
-        let origin = world.tracer.side_origin(point_m, normal);
-        let receiver = Receiver { point_m, normal, origin: &origin };
-        let (lx, _) = walk_indirect_lx(world, &receiver, &mut second, &mut cut, &mut stream);
-        sum += lx;
-        squares += lx * lx;
-    }
-    let mean_lx = sum / walks as f64;
-    let variance = squares / walks as f64 - mean_lx * mean_lx;
+    let mut second = SecondLandings::default();
+    let walk = |receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
+        walk_indirect_lx(world, receiver, &mut second, cut, stream)
+    };
+    let [mean_lx, variance, _] = CUBE.walks(world, (walks, seed), walk);
     [mean_lx, (variance / walks as f64).sqrt(), second.lx / walks as f64]
 }
 
@@ -86,8 +67,7 @@ fn mean_lx(world: &World, walks: u64, seed: u64) -> [f64; 3] {
 fn second_landings_move_no_mean() {
     let mut world = world("");
     assert!(world.near_luminaires.as_ref().is_some_and(NearLuminaires::lands_twice));
-    let area_m2 = 6.0 * EDGE_M * EDGE_M;
-    let exact_lx = LM * REFLECTANCE / (area_m2 * (1.0 - REFLECTANCE));
+    let exact_lx = LM * REFLECTANCE / (CUBE.area_m2() * (1.0 - REFLECTANCE));
     for connection_chance in [1.0, 0.25] {
         world.roulette.connection_chance = connection_chance;
         let [mean_lx, error_lx, second_lx] = mean_lx(&world, WALKS, 5);
@@ -100,7 +80,7 @@ fn second_landings_move_no_mean() {
     }
 }
 
-/// In a shade of sheets and behind a pane, walks with and without connections to packets have the same mean: 60,000 and 240,000 walks, seeds
+/// In a shade of sheets and behind a pane, walks with and without connections to packets have the same mean: 120,000 and 480,000 walks, seeds
 /// 6 and 7, α = 1e-5. A mean without what second landings bring is rejected, and so is one with twice of it.
 #[test]
 fn second_landings_in_a_shade_bring_what_walks_find() {
@@ -119,9 +99,9 @@ fn second_landings_in_a_shade_bring_what_walks_find() {
     ];
     let mut world = world(&bodies.concat());
     assert!(world.near_luminaires.as_ref().is_some_and(NearLuminaires::lands_twice));
-    let [lx, error_lx, second_lx] = mean_lx(&world, WALKS, 6);
+    let [lx, error_lx, second_lx] = mean_lx(&world, 2 * WALKS, 6);
     world.near_luminaires = None;
-    let [plain_lx, plain_error_lx, nothing_lx] = mean_lx(&world, 4 * WALKS, 7);
+    let [plain_lx, plain_error_lx, nothing_lx] = mean_lx(&world, 8 * WALKS, 7);
     let sigma_lx = error_lx.hypot(plain_error_lx);
     let off = |lx: f64| ((lx - plain_lx) / sigma_lx).abs();
     assert!(nothing_lx == 0.0 && off(lx) < 4.4, "{lx} ± {error_lx}, {plain_lx} ± {plain_error_lx} lx");

@@ -13,7 +13,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
 use crate::transport::{
-    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, Mirrors, SampledPlace, TriangleSide, World,
+    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, Mirrors, NearLuminaires, SampledPlace, TriangleSide, World,
 };
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
@@ -169,12 +169,8 @@ impl Vertex<'_> {
                 let [reflected, passed] = self.world.bsdf(self.hit.triangle).diffuse_shares();
                 let leaving = if self.seen == self.normal { reflected } else { passed };
                 let lit = (self.world.tracer.position_m(self.origin), self.normal);
-                lights.share_of_light_sample(
-                    self.world,
-                    sight.index,
-                    &SampledPlace { lit, seen: self.seen, leaving },
-                    &from,
-                )
+                let place = SampledPlace { lit, seen: self.seen, leaving };
+                lights.share_of_light_sample(self.world, sight.index, &place, &from)
             }
             _ => 1.0,
         };
@@ -312,6 +308,7 @@ pub(super) fn connecting_point<'a>(
     bsdf: &Bsdf,
     [share, share_behind]: [f64; 2],
     behind: Option<&'a Origin>,
+    (met, lands_twice): (Option<MetFrom>, bool),
 ) -> ConnectingPoint<'a> {
     let [reflectance, transmittance] = bsdf.diffuse_shares();
     let side = |normal: DVec3, origin: &'a Origin, factor: f64| {
@@ -321,24 +318,22 @@ pub(super) fn connecting_point<'a>(
     ConnectingPoint {
         front: side(vertex.normal, vertex.origin, share * reflectance),
         behind: behind.map(|origin| side(-vertex.normal, origin, share_behind * transmittance)),
+        met,
+        lands_twice,
     }
 }
 
-/// Illuminance of a point by way of the surfaces that near luminaires light, if there are any: see [`crate::transport::NearLuminaires`]. The cache
-/// is informed of its weight in the walk. `second`: how a walk met the point, and whether packets land twice.
+/// Illuminance of a point by way of the surfaces that near luminaires light: see [`NearLuminaires`]. The cache is informed of its weight in
+/// the walk.
 #[inline]
 pub(super) fn from_near_luminaires_lx(
-    world: &World,
+    (world, lights): (&World, &NearLuminaires),
     point: &ConnectingPoint,
-    second: (Option<MetFrom>, bool),
     weight: f64,
     cache: &mut impl Cache,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Some(lights) = &world.near_luminaires else {
-        return (0.0, 0);
-    };
-    let found = lights.connect_to_packet(world, point, second, stream);
+    let found = lights.connect_to_packet(world, point, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
     (found.lx + found.second_lx, found.rays)
 }
