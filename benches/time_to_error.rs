@@ -93,7 +93,7 @@ impl CubeTruth {
                     (map.values.at_lx(index, [u, v]), self.at_lx(a + u * (b - a) + v * (c - a), normal))
                 } else {
                     let mean = self.exact.triangle_mean([a, b, c]).expect("on a face");
-                    (map.values.illuminance_lx[index], mean.total_lx())
+                    (map.values.value[index], mean.total_lx())
                 };
                 squares += area_m2 * (shown - exact).powi(2);
                 sum += area_m2 * exact;
@@ -112,7 +112,7 @@ impl Truth {
             Truth::LongRun(sets) => {
                 let of_map = |map: &MapResult| {
                     let (_, rows) = sets.iter().find(|(name, _)| *name == map.name).expect("a stored set");
-                    let pairs = || map.values.illuminance_lx.iter().zip(rows);
+                    let pairs = || map.values.value.iter().zip(rows);
                     let squares: f64 = pairs().map(|(lx, (stored, error))| (lx - stored).powi(2) - error * error).sum();
                     let mean = rows.iter().map(|(lx, _)| lx).sum::<f64>() / rows.len() as f64;
                     squares / rows.len() as f64 / (mean * mean)

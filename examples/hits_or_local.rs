@@ -79,7 +79,7 @@ fn case(name: &'static str, text: &str, surface: &str) -> Result<Case, Box<dyn s
             maps: MapSelection::Receivers,
             ..Settings::default()
         };
-        solve(&scene, &settings, &Silent).maps[0].values.illuminance_lx.clone()
+        solve(&scene, &settings, &Silent).maps[0].values.value.clone()
     };
     Ok(Case { name, scene, elements, truth_lx })
 }
@@ -97,7 +97,7 @@ fn measured(case: &Case, method: Method, chains: u64, seeds: u64) -> [f64; 3] {
         let by_elements = method == Method::Collision;
         let maps = if by_elements { MapSelection::Elements } else { MapSelection::Receivers };
         let solution = run(&case.scene, method, maps, chains, seed);
-        let values = &solution.maps[0].values.illuminance_lx;
+        let values = &solution.maps[0].values.value;
         let values: Vec<f64> =
             if by_elements { case.elements.iter().map(|element| values[*element]).collect() } else { values.clone() };
         sums[0] += true_error(case, &values).powi(2) / seeds as f64;

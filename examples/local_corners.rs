@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let solution = solve(&scene, &settings, &Silent);
             let values = &solution.maps[0].values;
             let mut of_run = 0.0;
-            for (value, error) in values.illuminance_lx.iter().zip(&values.standard_error_lx) {
+            for (value, error) in values.value.iter().zip(&values.standard_error) {
                 let off = (value - exact_lx).abs();
                 within[0] += u32::from(off <= ONE_SIGMA * error);
                 within[1] += u32::from(off <= TWO_SIGMA * error);

@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let solution = pool.install(|| solve(&scene, &settings, &Silent));
         times_ms.push(1e3 * started.elapsed().as_secs_f64());
         rays += solution.rays;
-        let values = &solution.maps[0].values.illuminance_lx;
+        let values = &solution.maps[0].values.value;
         let errors = values.iter().zip(&exact).map(|(value, exact)| value / exact.total_lx - 1.0);
         let errors: Vec<f64> = errors.collect();
         rms.push((errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt());

@@ -123,7 +123,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("angle/°  luxmc/(cd/m²)  ±/%  plain paths  ±/%  paths  deviation/%  over its standard error");
     let (mut squares, mut expected, mut most, mut greatest) = (0.0, 0.0, 0.0f64, 0.0f64);
     for (index, plain) in plain.iter().enumerate() {
-        let (value, error) = (own.illuminance_lx[index], own.standard_error_lx[index]);
+        let (value, error) = (own.value[index], own.standard_error[index]);
         let (own_part, plain_part) = (error / value, plain.error_cd_m2 / plain.mean_cd_m2);
         let (deviation, chance) = (value / plain.mean_cd_m2 - 1.0, own_part.hypot(plain_part));
         squares += deviation * deviation;
@@ -169,7 +169,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         y: Scale::linear(0.0, 1.1 * greatest),
     };
     frame.draw_plain(&mut picture, ["angle from the normal / °", "luminance / cd/m²"]);
-    let line = (0..eyes.len()).map(|index| frame.spot(angle(index), own.illuminance_lx[index]));
+    let line = (0..eyes.len()).map(|index| frame.spot(angle(index), own.value[index]));
     picture.line(line.collect(), Pen::new(BLUE, 1.8));
     for (index, plain) in plain.iter().enumerate() {
         picture.disk(frame.spot(angle(index), plain.mean_cd_m2), 3.0, VERMILION);

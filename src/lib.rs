@@ -51,9 +51,9 @@
 //!
 //! # Use its maps
 //!
-//! A [`Solution`] has a [`MapResult`] for the elements of all surfaces and for each set of receivers. It holds illuminances in lx (for
-//! a luminance receiver, luminances in cd/m²), each with a standard error. It also has table rows with average, least and greatest
-//! value and uniformity.
+//! A [`Solution`] has a [`MapResult`] for the elements of all surfaces and for each set of receivers. It holds values, each with a
+//! standard error, in the unit of its `quantity`: illuminances in lx, or for other receivers luminances in cd/m² or intensities in cd.
+//! It also has table rows with average, least and greatest value and uniformity.
 //!
 //! ```
 //! # use luxmc::{MapSelection, Settings, Silent, solve};
@@ -67,8 +67,8 @@
 //! # let settings = Settings { target_error: Some(0.02), maps: MapSelection::Receivers, seed: 1, ..Settings::default() };
 //! # let solution = solve(&scene, &settings, &Silent);
 //! let desk = &solution.maps[0];
-//! assert_eq!((desk.name.as_str(), desk.values.illuminance_lx.len()), ("desk", 8 * 4));
-//! let average = desk.tables[0].average_lx;
+//! assert_eq!((desk.name.as_str(), desk.values.value.len(), desk.quantity.unit()), ("desk", 8 * 4, "lx"));
+//! let average = desk.tables[0].average;
 //! println!("Ē = {:.0} ± {:.0} lx, U0 = {:.2}", average.value, average.standard_error, desk.tables[0].uniformity_u0.value);
 //! assert!(average.value > 100.0 && average.standard_error < 0.02 * average.value);
 //! # Ok::<(), luxmc::SceneError>(())

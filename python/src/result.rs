@@ -121,13 +121,13 @@ impl Solution {
 fn values<'py>(py: Python<'py>, map: &MapResult, told: &Bound<'py, PyDict>) -> PyResult<()> {
     let column = |numbers: &[f64]| PyArray1::from_slice(py, numbers);
     let half = |which: usize| {
-        (!map.values.halves_lx.is_empty())
-            .then(|| PyArray1::from_iter(py, map.values.halves_lx.iter().map(|halves_lx| halves_lx[which])))
+        (!map.values.halves.is_empty())
+            .then(|| PyArray1::from_iter(py, map.values.halves.iter().map(|halves| halves[which])))
     };
-    told.set_item("value", column(&map.values.illuminance_lx))?;
-    told.set_item("standard_error", column(&map.values.standard_error_lx))?;
-    told.set_item("direct", column(&map.values.direct_lx))?;
-    told.set_item("indirect", column(&map.values.indirect_lx))?;
+    told.set_item("value", column(&map.values.value))?;
+    told.set_item("standard_error", column(&map.values.standard_error))?;
+    told.set_item("direct", column(&map.values.direct))?;
+    told.set_item("indirect", column(&map.values.indirect))?;
     told.set_item("even", half(0))?;
     told.set_item("odd", half(1))
 }
@@ -153,12 +153,7 @@ impl Solution {
         told.set_item("kind", kind)?;
         told.set_item("shape", shape)?;
         told.set_item("quantity", set.quantity.name())?;
-        let unit = match set.quantity {
-            Quantity::Luminance => "cd/m²",
-            Quantity::Intensity { .. } => "cd",
-            _ => "lx",
-        };
-        told.set_item("unit", unit)?;
+        told.set_item("unit", set.quantity.unit())?;
         let places = set.points.iter().map(|point| [point.position_m.x, point.position_m.y, point.position_m.z]);
         told.set_item("positions", triples(py, places.collect())?)?;
         let normals = set.points.iter().map(|point| [point.normal.x, point.normal.y, point.normal.z]);

@@ -82,10 +82,10 @@ fn luminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
     let rows = rows.map(|row| {
         vec![
             row.name.clone(),
-            number(row.average_lx.value, 4),
-            number(row.average_lx.standard_error, 2),
-            number(row.minimum_lx.value, 4),
-            number(row.maximum_lx.value, 4),
+            number(row.average.value, 4),
+            number(row.average.standard_error, 2),
+            number(row.minimum.value, 4),
+            number(row.maximum.value, 4),
             number(100.0 * row.estimated_error, 3),
         ]
     });
@@ -193,10 +193,10 @@ fn illuminance_table<'a>(mut rows: impl Iterator<Item = &'a TableRow>) -> String
         let uniformity = |ratio: Option<Estimate>| {
             ratio.map_or_else(unknown, |ratio| [number(ratio.value, 3), number(ratio.standard_error, 2)])
         };
-        let [average, average_error] = value_and_error(row.average_lx);
+        let [average, average_error] = value_and_error(row.average);
         let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.least()), extreme(row.greatest()));
         let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.u0()), uniformity(row.ud()));
-        let error = match row.average_lx.is_known() {
+        let error = match row.average.is_known() {
             true if row.estimated_error > 1.0 => "> 100".to_owned(),
             true => number(100.0 * row.estimated_error, 3),
             false => UNKNOWN.to_owned(),
@@ -243,17 +243,17 @@ mod tests {
             name: "ceiling".to_owned(),
             kind: TableKind::Surface,
             side: "front",
-            average_lx: estimate(average_lx),
-            minimum_lx: estimate(minimum_lx),
-            maximum_lx: estimate(maximum_lx),
+            average: estimate(average_lx),
+            minimum: estimate(minimum_lx),
+            maximum: estimate(maximum_lx),
             uniformity_u0: Estimate { value: 1.0, standard_error: 41.63 },
             uniformity_ud: Estimate { value: 0.5, standard_error: 0.1 },
-            pulled_lx: [0.0; 2],
+            pulled: [0.0; 2],
             places: 4,
             area_m2: 1.0,
             covered_area_m2: 0.0,
             estimated_error,
-            replica_averages_lx: Vec::new(),
+            replica_averages: Vec::new(),
         }
     }
 

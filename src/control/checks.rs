@@ -51,12 +51,12 @@ pub fn statistical_checks(
     held_since: Option<u64>,
     target_error: Option<f64>,
 ) -> Vec<StatisticalCheck> {
-    let is_judged = judgement.mean_lx > 0.0 && !judgement.dark && !judgement.unseen;
+    let is_judged = judgement.mean > 0.0 && !judgement.dark && !judgement.unseen;
     let Some(now) = history.last().filter(|_| is_judged) else {
         return Vec::new();
     };
     let past = |(share, between)| history.at_share(share, between);
-    let rounding_lx = ROUNDING * judgement.mean_lx;
+    let rounding_lx = ROUNDING * judgement.mean;
     // How many times its squared error the map could tolerate, margin included.
     let spare = target_error.map_or(1.0, |target| 1.0 / needed_work(target, judgement, 0.5)).max(1.0);
     let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
@@ -81,8 +81,8 @@ fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding_l
     let deviations = past.into_iter().flatten().map(|then| {
         let (before, all) = (then.samples as f64, now.samples as f64);
         let steps: [f64; REPLICAS] = std::array::from_fn(|replica| {
-            let since_lx = (all * now.means_lx[replica] - before * then.means_lx[replica]) / (all - before);
-            since_lx - then.means_lx[replica]
+            let since_lx = (all * now.means[replica] - before * then.means[replica]) / (all - before);
+            since_lx - then.means[replica]
         });
         let mean = steps.iter().sum::<f64>() / REPLICAS as f64;
         let squares: f64 = steps.iter().map(|step| (step - mean).powi(2)).sum();
@@ -104,14 +104,13 @@ fn growth_check(
 ) -> StatisticalCheck {
     let explanation =
         "the error does not fall with the square root of the work: samples repeat, or their variance is not finite";
-    let Some(then) = then.filter(|then| now.squared_error_lx2 > rounding_lx.powi(2) && then.samples < now.samples)
-    else {
+    let Some(then) = then.filter(|then| now.squared_error > rounding_lx.powi(2) && then.samples < now.samples) else {
         return check(name, None, ALLOWED_GROWTH, true, explanation);
     };
     let degrees = SURE_DEGREES * (REPLICAS - 1) as f64 * now.degrees_of_freedom.min(then.degrees_of_freedom);
     let shared = then.samples as f64 / now.samples as f64;
     let limit = ALLOWED_GROWTH * fisher_quantile([degrees.clamp(7.0, 1e6) / (1.0 - shared); 2], 1.0 - ALPHA);
-    let growth = work(now) * now.squared_error_lx2 / (work(then) * then.squared_error_lx2).max(f64::MIN_POSITIVE);
+    let growth = work(now) * now.squared_error / (work(then) * then.squared_error).max(f64::MIN_POSITIVE);
     check(name, Some(growth), limit, growth <= limit, explanation)
 }
 

@@ -69,18 +69,18 @@ fn simulated_to(
         samples = goal;
         let count = samples as f64;
         let mean_of = |of: &dyn Fn(&[f64; REPLICAS]) -> f64| sums.iter().map(of).sum::<f64>() / points as f64;
-        let means_lx = std::array::from_fn(|replica| mean_of(&|sums| sums[replica] / count));
-        let mean_lx = means_lx.iter().sum::<f64>() / REPLICAS as f64;
+        let means = std::array::from_fn(|replica| mean_of(&|sums| sums[replica] / count));
+        let mean = means.iter().sum::<f64>() / REPLICAS as f64;
         let squared_error = mean_of(&|sums| {
             let mean = sums.iter().sum::<f64>() / REPLICAS as f64;
             sums.iter().map(|sum| ((sum - mean) / count).powi(2)).sum::<f64>() / (REPLICAS * (REPLICAS - 1)) as f64
         });
         let degrees_of_freedom = points as f64;
         let rays = samples * points as u64;
-        history.add(PastJudgement { samples, rays, squared_error_lx2: squared_error, degrees_of_freedom, means_lx });
-        let expected_error = squared_error.sqrt() / mean_lx;
+        history.add(PastJudgement { samples, rays, squared_error, degrees_of_freedom, means });
+        let expected_error = squared_error.sqrt() / mean;
         let judgement = Judgement {
-            mean_lx,
+            mean,
             expected_error,
             halves_error: expected_error,
             degrees_of_freedom,
@@ -289,9 +289,9 @@ fn what_exceeds_a_look_without_any_error_is_reported_as_a_number() {
     let look = |samples: u64, squared_error: f64| PastJudgement {
         samples,
         rays: samples,
-        squared_error_lx2: squared_error,
+        squared_error,
         degrees_of_freedom: 15.0,
-        means_lx: [1.0; REPLICAS],
+        means: [1.0; REPLICAS],
     };
     let grown = growth_check("error", &look(20, 1e9), Some(&look(10, 0.0)), |look| look.samples as f64, 1e-12);
     assert_eq!((grown.passed, grown.value), (false, Some(MOST_REPORTED)));

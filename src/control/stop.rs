@@ -44,7 +44,7 @@ pub(super) fn fisher_quantile([numerator, denominator]: [f64; 2], probability: f
 /// Three kinds of maps are always refused: a dark map, a map in which nothing has bounced yet, and a map whose mean is not above 0. In the
 /// last, corrections may outweigh the little light that they correct.
 pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
-    if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() || judgement.mean_lx <= 0.0 {
+    if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() || judgement.mean <= 0.0 {
         return false;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
@@ -54,7 +54,7 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
 /// Work at which the rule accepts a map, as a multiple of the present work. Assumes random error ∝ work^(−α). Infinite if the shared error
 /// (bias and discretisation) alone reaches the target, and for a map that is always refused.
 pub fn needed_work(target_error: f64, judgement: &Judgement, exponent: f64) -> f64 {
-    if judgement.dark || judgement.unseen || judgement.mean_lx <= 0.0 || judgement.shared_error() >= target_error {
+    if judgement.dark || judgement.unseen || judgement.mean <= 0.0 || judgement.shared_error() >= target_error {
         return f64::INFINITY;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     fn judged(expected_error: f64, halves_error: f64, degrees_of_freedom: f64) -> Judgement {
-        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, ..Judgement::default() }
+        Judgement { mean: 100.0, halves_error, expected_error, degrees_of_freedom, ..Judgement::default() }
     }
 
     #[test]
@@ -90,7 +90,7 @@ mod tests {
         assert!(!accepts(0.01, &judged(f64::NAN, 0.0, 10.0)));
         assert!(!accepts(0.01, &Judgement { dark: true, ..judged(0.0, 0.0, 1.0) }));
         assert!(!accepts(0.01, &Judgement { unseen: true, ..judged(0.0, 0.0, 1.0) }));
-        assert!(!accepts(0.01, &Judgement { mean_lx: -1.0, ..judged(0.0, 0.0, 1.0) }), "an error of no mean is none");
+        assert!(!accepts(0.01, &Judgement { mean: -1.0, ..judged(0.0, 0.0, 1.0) }), "an error of no mean is none");
     }
 
     #[test]

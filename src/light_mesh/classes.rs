@@ -29,7 +29,7 @@ pub struct Classes {
 impl Classes {
     /// Divides the points of a map into classes.
     pub fn of(lights: &[EntryLight]) -> Classes {
-        let mut disputed_lx: Vec<f64> = lights.iter().map(|light| light.disputed_lx).filter(|lx| *lx > 0.0).collect();
+        let mut disputed_lx: Vec<f64> = lights.iter().map(|light| light.disputed).filter(|lx| *lx > 0.0).collect();
         disputed_lx.sort_by(f64::total_cmp);
         let level = |part: usize| disputed_lx.get(part * disputed_lx.len() / LEVELS).copied().unwrap_or(0.0);
         Classes { levels_lx: [level(1), level(2), level(3)] }
@@ -37,8 +37,8 @@ impl Classes {
 
     /// Returns the class of a point.
     pub fn class(&self, light: &EntryLight) -> usize {
-        let level = if light.disputed_lx > 0.0 {
-            1 + self.levels_lx.iter().filter(|level_lx| light.disputed_lx >= **level_lx).count()
+        let level = if light.disputed > 0.0 {
+            1 + self.levels_lx.iter().filter(|level_lx| light.disputed >= **level_lx).count()
         } else {
             0
         };

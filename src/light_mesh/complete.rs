@@ -78,11 +78,11 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (rounds.passes as f64, more as f64);
             for (light, found) in lights.iter_mut().zip(found) {
-                light.direct_lx = joined([before, now], [light.direct_lx, found.direct_lx]);
+                light.direct = joined([before, now], [light.direct, found.direct]);
                 light.is_known = found.is_known;
             }
             rounds.passes += more;
-            let random_lx = random_lx(entries, lights, |light| light.direct_lx);
+            let random_lx = random_lx(entries, lights, |light| light.direct);
             // If indirect light is still missing, its part of the brightness is unknown. The target is computed as if it were 0.
             let share = if matches!(plan.indirect, IndirectPlan::Nothing) { SHARE_OF_ALL } else { SHARE_OF_DIRECT };
             let goes_on = self.target_lx(entries, lights).is_some_and(|target_lx| random_lx > share * target_lx);
@@ -106,7 +106,7 @@ impl Planner<'_> {
         rounds: &mut Rounds,
     ) {
         let none = DirectBy::Rays { first: 0, passes: 0 };
-        let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
+        let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct));
         // Gloss shows many surface points, each of which is a small part of a direction.
         let mut more = match (self.stop)() {
             _ if entries.show_gloss() && !entries.draw_sights() => HALVES as u32,
@@ -119,10 +119,10 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (f64::from(rounds.walks), f64::from(more));
             for (light, found) in lights.iter_mut().zip(found) {
-                light.indirect_lx = joined([before, now], [light.indirect_lx, found.indirect_lx]);
+                light.indirect = joined([before, now], [light.indirect, found.indirect]);
             }
             rounds.walks += more;
-            let random_lx = random_lx(entries, lights, |light| light.indirect_lx);
+            let random_lx = random_lx(entries, lights, |light| light.indirect);
             let target_lx = self.target_lx(entries, lights).unwrap_or(f64::INFINITY);
             let square =
                 ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_SHARE * target_lx).powi(2));

@@ -159,7 +159,7 @@ pub fn measure_direct(
             };
             let first_lx = half_lx(0);
             let second_lx = if exact { first_lx } else { half_lx(1) };
-            let direct_lx = light.direct_mean_lx();
+            let direct_lx = light.direct_mean();
             ((direct_lx - first_lx) * (direct_lx - second_lx), rays)
         })
         .collect();
@@ -252,7 +252,7 @@ impl Checked {
     /// Returns the products of this mean, point by point.
     pub fn products(&self, lights: impl Iterator<Item = EntryLight>) -> Vec<f64> {
         let product = |(light, [first_lx, second_lx]): (EntryLight, &[f64; 2])| {
-            let indirect_lx = light.indirect_mean_lx();
+            let indirect_lx = light.indirect_mean();
             (indirect_lx - first_lx) * (indirect_lx - second_lx)
         };
         lights.zip(&self.halves_lx).map(product).collect()

@@ -220,7 +220,7 @@ impl<'a> Planner<'a> {
                 PLANNING + map,
             );
             plan.effort += effort;
-            let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
+            let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
             let looks = looks_until(entries, self.stop);
             let (measured, _) = measure_direct(&self.around, entries, &pairs, looks, self.wishes.seed, PLANNING + map);

@@ -247,7 +247,7 @@ impl<'a> Planner<'a> {
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &by_rays, &IndirectBy::Nothing, seed, map);
         plan.effort += effort;
-        checked.mean_lx() + mean(lights.iter().map(EntryLight::direct_mean_lx))
+        checked.mean_lx() + mean(lights.iter().map(EntryLight::direct_mean))
     }
 
     /// Gathers light for the checked points and compares.
@@ -265,7 +265,7 @@ impl<'a> Planner<'a> {
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
-        let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
+        let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
         let rays_per_walk = effort.gather.walk_rays as f64 / walks.max(1.0);
         Some(Trial {

@@ -187,7 +187,7 @@ impl Planner<'_> {
         by_mesh: bool,
     ) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
-        let halves_lx = random_lx(entries, lights, EntryLight::halves_lx);
+        let halves_lx = random_lx(entries, lights, EntryLight::halves);
         // The measured error includes the noise of a mesh's walks, but not the noise of rays and walks from the receiver points. With k
         // points, each with an independent difference, the estimate of that noise is too small by this factor in one case in twenty.
         let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
@@ -195,7 +195,7 @@ impl Planner<'_> {
         let of_places_lx = if measured.indirect == MeanSquare::default() {
             short * halves_lx
         } else {
-            short * random_lx(entries, lights, |light| light.direct_lx)
+            short * random_lx(entries, lights, |light| light.direct)
         };
         let random_lx = halves_lx.max(of_places_lx);
         let total = measured.total();
@@ -215,12 +215,12 @@ impl Planner<'_> {
         let is_counted = |entry: usize| entries.weights[entry] > 0.0;
         let entry_values = || lights.iter().enumerate();
         let values = MapValues {
-            illuminance_lx: lights.iter().map(|light| light.direct_mean_lx() + light.indirect_mean_lx()).collect(),
-            standard_error_lx: entry_values()
+            value: lights.iter().map(|light| light.direct_mean() + light.indirect_mean()).collect(),
+            standard_error: entry_values()
                 .map(|(entry, light)| if is_counted(entry) { error_of(light) } else { 0.0 })
                 .collect(),
-            direct_lx: lights.iter().map(EntryLight::direct_mean_lx).collect(),
-            indirect_lx: lights.iter().map(EntryLight::indirect_mean_lx).collect(),
+            direct: lights.iter().map(EntryLight::direct_mean).collect(),
+            indirect: lights.iter().map(EntryLight::indirect_mean).collect(),
             ..MapValues::default()
         };
         let error = MapError {
@@ -249,6 +249,7 @@ impl Planner<'_> {
         let map = MapResult {
             name: entries.kind.name(scene).to_owned(),
             kind: entries.kind,
+            quantity: entries.kind.quantity(scene),
             method: method.to_owned(),
             method_reason: "requested".to_owned(),
             chains: 0,
@@ -279,14 +280,14 @@ fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weight
             }
             let pick = |all: &[f64]| -> Vec<f64> { of_side.iter().map(|entry| all[*entry]).collect() };
             let part = MapValues {
-                illuminance_lx: pick(&values.illuminance_lx),
-                standard_error_lx: pick(&values.standard_error_lx),
+                value: pick(&values.value),
+                standard_error: pick(&values.standard_error),
                 ..MapValues::default()
             };
             let weights = pick(weights);
             let stated = StatedValues::of(&part, &weights, 0..of_side.len());
             let grid = evaluation_grid(scene, elements, id as u32, side, |_| (1.0, 1.0), ElementSizes::Fine);
-            let halves_lx = |entry: usize| [values.illuminance_lx[entry]; 2];
+            let halves_lx = |entry: usize| [values.value[entry]; 2];
             let slopes = |grid: &EvaluationGrid| grid_slopes(scene, elements, &of_side, grid, |_| true, halves_lx);
             let (area_m2, places) = (weights.iter().sum(), grid_places(values, grid.as_ref(), slopes));
             rows.push(stated_row(&surface.name, TableKind::Surface, side.name(), area_m2, &stated, &places));

@@ -41,17 +41,17 @@ pub enum IndirectBy<'m, 'a> {
     Walks([u32; 2]),
 }
 
-/// Light that one entry of a map receives, in lx, or shows, in cd/m².
+/// Light that one entry of a map receives or shows, in the unit of the map's quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EntryLight {
     /// Direct light from each half.
-    pub direct_lx: [f64; 2],
+    pub direct: [f64; 2],
     /// Indirect light from each half.
-    pub indirect_lx: [f64; 2],
+    pub indirect: [f64; 2],
     /// Kind of its sets of mesh points for direct light: that of the least certain of its points.
     pub set: SetKind,
     /// Amount of its direct light on which its sets disagreed.
-    pub disputed_lx: f64,
+    pub disputed: f64,
     /// Kind of its sets of mesh points for indirect light.
     pub indirect_set: SetKind,
     /// Whether no surface is in the entry: it shows luminaires or nothing.
@@ -60,18 +60,18 @@ pub struct EntryLight {
 
 impl EntryLight {
     /// Returns the direct light, averaged over the halves.
-    pub fn direct_mean_lx(&self) -> f64 {
-        0.5 * (self.direct_lx[0] + self.direct_lx[1])
+    pub fn direct_mean(&self) -> f64 {
+        0.5 * (self.direct[0] + self.direct[1])
     }
 
     /// Returns the indirect light, averaged over the halves.
-    pub fn indirect_mean_lx(&self) -> f64 {
-        0.5 * (self.indirect_lx[0] + self.indirect_lx[1])
+    pub fn indirect_mean(&self) -> f64 {
+        0.5 * (self.indirect[0] + self.indirect[1])
     }
 
     /// Returns the sum of both parts in each half.
-    pub fn halves_lx(&self) -> [f64; 2] {
-        [0, 1].map(|half| self.direct_lx[half] + self.indirect_lx[half])
+    pub fn halves(&self) -> [f64; 2] {
+        [0, 1].map(|half| self.direct[half] + self.indirect[half])
     }
 }
 
@@ -126,32 +126,32 @@ pub fn light_of(
                 }
                 if let DirectBy::Rays { first, passes } = direct {
                     let (halves_lx, rays) = by_rays(around, entries, *entry, [*first, *passes], seed, map);
-                    light.direct_lx = halves_lx;
+                    light.direct = halves_lx;
                     exact_rays += rays;
                 }
                 if entries.draw_sights() {
                     if let IndirectBy::Walks(walks) = indirect {
                         let (halves_lx, rays) =
                             walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
-                        light.indirect_lx = halves_lx;
+                        light.indirect = halves_lx;
                         gather.counts.walk_rays += rays;
                     }
                     return light;
                 }
-                light.direct_lx = light.direct_lx.map(|lx| lx + entries.own_light(*entry));
+                light.direct = light.direct.map(|lx| lx + entries.own_light(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
                     spot.ask(around.world, |receiver| {
                         match direct {
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
-                                light.direct_lx = light.direct_lx.map(|lx| lx + weight * here.illuminance_lx);
+                                light.direct = light.direct.map(|lx| lx + weight * here.illuminance_lx);
                                 light.set = light.set.max(here.set);
-                                light.disputed_lx += weight * here.disputed_lx;
+                                light.disputed += weight * here.disputed_lx;
                             }
                             DirectBy::Points(points) => {
                                 let (here_lx, rays) = points.as_point_sources_lx(around.world, receiver);
-                                light.direct_lx = light.direct_lx.map(|lx| lx + weight * here_lx);
+                                light.direct = light.direct.map(|lx| lx + weight * here_lx);
                                 exact_rays += rays;
                             }
                             DirectBy::Rays { .. } => {}
@@ -171,7 +171,7 @@ pub fn light_of(
                                 lx
                             }
                         };
-                        light.indirect_lx = [0, 1].map(|half| light.indirect_lx[half] + weight * here_lx[half]);
+                        light.indirect = [0, 1].map(|half| light.indirect[half] + weight * here_lx[half]);
                         number += 1;
                     });
                 });
@@ -233,7 +233,7 @@ fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -
 
 /// Returns the weighted mean illuminance over the entries, in lx.
 pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
-    weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
+    weighted(entries, lights, |light| light.direct_mean() + light.indirect_mean())
 }
 
 /// Returns the random error in lx, from the difference of the two halves.

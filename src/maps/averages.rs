@@ -37,8 +37,8 @@ impl RemainingInAverage {
         for (site, weight) in sites.filter(|(_, weight)| *weight > 0.0) {
             remaining.weight += weight;
             remaining.unsure += weight * residuals.unsure(site);
-            remaining.by_site_lx += weight * error.by_site_lx[site];
-            by_site_lx2 += weight * error.by_site_lx[site].powi(2);
+            remaining.by_site_lx += weight * error.by_site[site];
+            by_site_lx2 += weight * error.by_site[site].powi(2);
             if residuals.has_walked(site) {
                 remaining.walked_weight += weight;
                 walkers += 1.0;
@@ -111,7 +111,7 @@ mod tests {
             stream.seek(number);
             let mut normal = || (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
             let regions = (0..ROWS * SITES).map(|site| (site / 24) as u32).collect();
-            let mut map = ReplicaMap::new(ROWS * SITES, Unit::Lux);
+            let mut map = ReplicaMap::new(ROWS * SITES, Unit::Scores);
             map.indirect_samples.complete = 1;
             let mut residuals = Residuals::new(regions, ROWS * SITES);
             residuals.walks = 1;
@@ -123,8 +123,8 @@ mod tests {
                     for replica in 0..REPLICAS {
                         let off_lx = of_halves[replica % 2] + own;
                         map.indirect[replica][site] = 100.0 - off_lx + 4.0 * normal();
-                        residuals.sums_lx[replica][site] = off_lx + walk_lx * normal();
-                        residuals.first_steps_lx[replica][site] = residuals.sums_lx[replica][site];
+                        residuals.sums[replica][site] = off_lx + walk_lx * normal();
+                        residuals.first_steps[replica][site] = residuals.sums[replica][site];
                     }
                 }
             }
@@ -135,9 +135,8 @@ mod tests {
             let averages: Vec<RemainingInAverage> =
                 (0..ROWS).map(|row| RemainingInAverage::of(residuals, error, sites(row))).collect();
             for (row, remaining_lx) in remaining_in_averages(&averages).into_iter().enumerate() {
-                let average_lx = |replica: usize| {
-                    sites(row).map(|(site, _)| map.illuminance_lx(replica, site)).sum::<f64>() / SITES as f64
-                };
+                let average_lx =
+                    |replica: usize| sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64;
                 let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
                 let spread_lx = within_halves(average_lx).sqrt();
                 for (held, remaining_lx) in held.iter_mut().zip([remaining_lx, 0.0]) {

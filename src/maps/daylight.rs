@@ -60,13 +60,13 @@ impl DaylightFactors {
         }
         places.sort_by(|one, other| one.0.value.total_cmp(&other.0.value));
         let targets_percent = [targets.target_percent, targets.minimum_percent];
-        let average_percent = factor(row.average_lx);
+        let average_percent = factor(row.average);
         let shares_above = targets_percent.map(|target| known_share_above(&places, average_percent, target));
         Some(DaylightFactors {
             name: map.name.clone(),
             outside_lx,
             average_percent,
-            minimum_percent: factor(row.minimum_lx),
+            minimum_percent: factor(row.minimum),
             median_percent: median_with_error(&places, average_percent),
             targets_percent,
             shares_above,

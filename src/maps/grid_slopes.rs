@@ -251,13 +251,13 @@ mod tests {
     fn rows(edge_m: f64, light_lx: impl Fn(DVec3) -> f64, chance_lx: f64, stream: &mut Stream) -> [TableRow; 2] {
         let scene = table(edge_m);
         let elements = Elements::of(&scene);
-        let mut map = ReplicaMap::new(elements.len(), Unit::Lux);
+        let mut map = ReplicaMap::new(elements.len(), Unit::Scores);
         map.direct_samples.complete = 1;
         for element in 0..elements.len() {
             let [a, b, c] = elements.corners_m(&scene, elements.element(element as u32));
             // The mean of a quadratic function over a triangle is the mean of its values at the edge midpoints.
             let mean_lx = [a + b, b + c, c + a].map(|sum| light_lx(sum / 2.0)).iter().sum::<f64>() / 3.0;
-            for slab in &mut map.direct_lx {
+            for slab in &mut map.direct {
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 slab[element] = mean_lx + chance_lx * normal;
             }
@@ -269,9 +269,7 @@ mod tests {
             .expect("a flat table");
         assert!(!grid.is_finer_than_elements && grid.cells.len() == 49);
         let halves_lx = |entry: usize| {
-            [0, 1].map(|first| {
-                (first..REPLICAS).step_by(2).map(|replica| map.illuminance_lx(replica, entry)).sum::<f64>() / 8.0
-            })
+            [0, 1].map(|first| (first..REPLICAS).step_by(2).map(|replica| map.value(replica, entry)).sum::<f64>() / 8.0)
         };
         let slopes = grid_slopes(&scene, &elements, &entries, &grid, |_| true, halves_lx);
         [&slopes[..], &[]].map(|slopes| {
@@ -286,7 +284,7 @@ mod tests {
                 covered_area_m2: 0.0,
                 places,
                 rare_scores: map.rare_scores(),
-                average_left_lx: None,
+                average_left: None,
             };
             table_row(&map, &subject)
         })
@@ -306,9 +304,9 @@ mod tests {
         for edge_m in [0.3, 0.25] {
             let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
             let [planes, means] = rows(edge_m, hollow_lx, 0.0, &mut stream);
-            let off = |row: &TableRow| row.minimum_lx.value / HOLLOW_LX - 1.0;
+            let off = |row: &TableRow| row.minimum.value / HOLLOW_LX - 1.0;
             assert!(off(&planes).abs() < 0.003 && off(&means) > 0.02, "{} {}", off(&planes), off(&means));
-            let stated = planes.minimum_lx.standard_error / HOLLOW_LX;
+            let stated = planes.minimum.standard_error / HOLLOW_LX;
             assert!(stated > off(&planes).abs() && stated < 0.02, "{stated}");
         }
     }
@@ -321,15 +319,12 @@ mod tests {
         let truth_lx = slope_lx(DVec3::new(1.5 / 7.0, 1.5 / 7.0, 0.0));
         let mut stream = Stream::new(2, Purpose::Pilot, 0, 0);
         let [exact, means] = rows(0.3, slope_lx, 0.0, &mut stream);
-        assert!(
-            (exact.minimum_lx.value - truth_lx).abs() < 1e-9 && exact.minimum_lx.standard_error < 1e-6,
-            "{exact:?}"
-        );
-        assert!(means.minimum_lx.value > truth_lx + 1.0);
+        assert!((exact.minimum.value - truth_lx).abs() < 1e-9 && exact.minimum.standard_error < 1e-6, "{exact:?}");
+        assert!(means.minimum.value > truth_lx + 1.0);
         let mut held = [0; 2];
         for _ in 0..400 {
             for (held, row) in held.iter_mut().zip(rows(0.3, slope_lx, 4.0, &mut stream)) {
-                *held += u32::from((row.minimum_lx.value - truth_lx).abs() < 2.13 * row.minimum_lx.standard_error);
+                *held += u32::from((row.minimum.value - truth_lx).abs() < 2.13 * row.minimum.standard_error);
             }
         }
         assert!(held[0] >= 363 && held[1] < 363, "{held:?}");

@@ -11,12 +11,12 @@ pub struct PastJudgement {
     pub samples: u64,
     /// Rays traced for the map.
     pub rays: u64,
-    /// Expected squared error in lx², only the part that falls with more samples.
-    pub squared_error_lx2: f64,
+    /// Expected squared error, in the squared unit of the map's quantity: only the part that falls with more samples.
+    pub squared_error: f64,
     /// Effective degrees of freedom of the error.
     pub degrees_of_freedom: f64,
-    /// Weighted mean of the map in each replica, in lx.
-    pub means_lx: [f64; REPLICAS],
+    /// Weighted mean of the map in each replica, in the unit of its quantity.
+    pub means: [f64; REPLICAS],
 }
 
 /// All error checks of a map's present samples, in order.
@@ -63,13 +63,8 @@ mod tests {
 
     #[test]
     fn the_look_nearest_to_a_share_is_found_and_a_new_start_forgets() {
-        let look = |samples| PastJudgement {
-            samples,
-            rays: 0,
-            squared_error_lx2: 1.0,
-            degrees_of_freedom: 1.0,
-            means_lx: [1.0; 16],
-        };
+        let look =
+            |samples| PastJudgement { samples, rays: 0, squared_error: 1.0, degrees_of_freedom: 1.0, means: [1.0; 16] };
         let mut history = History::default();
         [10, 20, 40, 80, 80].into_iter().for_each(|samples| history.add(look(samples)));
         assert_eq!(history.at_share(0.5, [0.3, 0.75]).map(|look| look.samples), Some(40));

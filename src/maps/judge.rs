@@ -8,8 +8,8 @@ use super::replicas::ReplicaMap;
 /// Error of a map as estimated from its replicas. All errors are fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
-    /// Weighted mean of the map in lx.
-    pub mean_lx: f64,
+    /// Weighted mean of the map, in the unit of its quantity.
+    pub mean: f64,
     /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean, docs/methods.md (7).
     pub halves_error: f64,
     /// Expected random error from the spread of all replicas. It estimates the same quantity, with 15 degrees of freedom per entry instead
@@ -22,8 +22,8 @@ pub struct Judgement {
     pub discretisation: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
     pub degrees_of_freedom: f64,
-    /// Weighted mean of the map in each replica, in lx.
-    pub means_lx: [f64; REPLICAS],
+    /// Weighted mean of the map in each replica, in the same unit.
+    pub means: [f64; REPLICAS],
     /// Whether every entry is 0.
     pub dark: bool,
     /// Whether light could bounce but no chain or walk has scored yet. The spread of the replicas then gives no information about it.
@@ -93,17 +93,17 @@ impl ReplicaProducts {
 /// Estimates the error of the given entries of a map with their weights (areas; 0 leaves an entry out). Replicas 2j are even, 2j + 1 odd.
 pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> Judgement {
     let mut weight_sum = 0.0;
-    let mut illuminance_sum = 0.0;
+    let mut value_sum = 0.0;
     let mut halves_sum = 0.0;
     let mut spread_sum = 0.0;
     let mut products = ReplicaProducts::default();
-    let mut means_lx = [0.0f64; REPLICAS];
+    let mut means = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
     let shares_cells = map.cells_error.is_some();
     let remaining = map.cells_error.as_ref().map(|error| error.remaining).unwrap_or_default();
     for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
-        let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
+        let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.value(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
         dark &= replicas.iter().all(|value| *value == 0.0);
         unseen &= map.indirect_sum(entry) == 0.0;
@@ -111,25 +111,25 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         // Coefficients of slopes contribute to the error, not to the mean.
         if entry < map.len() {
             weight_sum += weight;
-            illuminance_sum += weight * mean;
-            means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
+            value_sum += weight * mean;
+            means.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
         }
         halves_sum += weight * halves * halves;
         spread_sum += weight * map.squared_error(|replica| replicas[replica]);
         products.add(weight, &replicas.map(|value| value - mean));
     }
-    if weight_sum <= 0.0 || illuminance_sum <= 0.0 {
+    if weight_sum <= 0.0 || value_sum <= 0.0 {
         return Judgement { dark, unseen, degrees_of_freedom: 1.0, ..Judgement::default() };
     }
-    let mean_lx = illuminance_sum / weight_sum;
+    let mean = value_sum / weight_sum;
     Judgement {
-        mean_lx,
-        halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
-        expected_error: (spread_sum / weight_sum + remaining.chance).sqrt() / mean_lx,
-        bias: remaining.common.sqrt() / mean_lx,
+        mean,
+        halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean,
+        expected_error: (spread_sum / weight_sum + remaining.chance).sqrt() / mean,
+        bias: remaining.common.sqrt() / mean,
         // Set by the map's job, which has the discretisation error of its elements.
         discretisation: 0.0,
-        means_lx: means_lx.map(|sum| sum / weight_sum),
+        means: means.map(|sum| sum / weight_sum),
         degrees_of_freedom: products.degrees_of_freedom(shares_cells),
         dark,
         unseen,
@@ -145,7 +145,7 @@ mod tests {
     /// Builds a map of `len` entries of mean 1 and relative spread `sigma` in each replica. Each run of `alike` neighbours has equal
     /// values.
     fn noisy(seed: u64, len: usize, alike: usize, sigma: f64) -> ReplicaMap {
-        let mut map = ReplicaMap::new(len, Unit::Lux);
+        let mut map = ReplicaMap::new(len, Unit::Scores);
         map.direct_samples.complete = 1;
         for replica in 0..REPLICAS {
             let mut stream = Stream::new(seed, Purpose::Pilot, 0, replica as u32);
@@ -154,7 +154,7 @@ mod tests {
                 // Twelve uniform variates minus six: nearly normal, with unit variance.
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 for entry in block * alike..(block + 1) * alike {
-                    map.direct_lx[replica][entry] = 1.0 + sigma * normal;
+                    map.direct[replica][entry] = 1.0 + sigma * normal;
                 }
             }
         }
@@ -193,10 +193,9 @@ mod tests {
         let below = |error: &dyn Fn(&Judgement) -> f64| {
             let runs = (0..40).map(|seed| judge(&noisy(500 + seed, 2, 1, 0.3), (0..2).map(|entry| (entry, 1.0))));
             runs.filter(|judgement| {
-                let squares =
-                    judgement.means_lx.iter().map(|mean_lx| (mean_lx - judgement.mean_lx).powi(2)).sum::<f64>();
-                let error_of_mean_lx = (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt();
-                error(judgement) * judgement.mean_lx < 0.999_999 * error_of_mean_lx
+                let squares = judgement.means.iter().map(|mean| (mean - judgement.mean).powi(2)).sum::<f64>();
+                let error_of_mean = (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt();
+                error(judgement) * judgement.mean < 0.999_999 * error_of_mean
             })
             .count()
         };
@@ -207,7 +206,7 @@ mod tests {
     /// Returns the degrees of freedom from eight pairs alone, with each replica in one of them.
     fn by_eight_pairs(map: &ReplicaMap, len: usize) -> f64 {
         let pair = |pair: usize| -> Vec<f64> {
-            let of = |replica: usize| (0..len).map(move |entry| map.illuminance_lx(replica, entry));
+            let of = |replica: usize| (0..len).map(move |entry| map.value(replica, entry));
             of(2 * pair).zip(of(2 * pair + 1)).map(|(a, b)| a - b).collect()
         };
         let pairs: Vec<Vec<f64>> = (0..REPLICAS / 2).map(pair).collect();

@@ -94,16 +94,16 @@ impl RareScores {
         RareScores { score_lx, unseen_score_lx: if unseen { score_lx } else { 0.0 }, ..self }
     }
 
-    /// Returns the error bar in lx of a mean, from the standard error that its replicas' spread gives and from its indirect part.
+    /// Returns the error bar of a mean, from the standard error that its replicas' spread gives and from its indirect part.
     ///
     /// Source: docs/methods.md (9).
-    pub(super) fn bar_lx(self, spread_lx: f64, indirect_lx: f64) -> f64 {
-        if indirect_lx <= 0.0 {
-            return spread_lx.hypot(MISSING_SCORES.sqrt() * self.unseen_score_lx);
+    pub(super) fn bar(self, spread: f64, indirect: f64) -> f64 {
+        if indirect <= 0.0 {
+            return spread.hypot(MISSING_SCORES.sqrt() * self.unseen_score_lx);
         }
-        let skewness = (self.skewness * spread_lx / indirect_lx).min(MOST_SKEWNESS);
-        let widened_lx = spread_lx * (1.0 + PER_SQUARED_SKEWNESS * skewness * skewness);
-        widened_lx.hypot(MISSING_SCORES.sqrt() * self.score_lx)
+        let skewness = (self.skewness * spread / indirect).min(MOST_SKEWNESS);
+        let widened = spread * (1.0 + PER_SQUARED_SKEWNESS * skewness * skewness);
+        widened.hypot(MISSING_SCORES.sqrt() * self.score_lx)
     }
 }
 
@@ -149,7 +149,7 @@ mod tests {
                 let deviation = (spread.scale_lx - truth).abs();
                 let error = standard_error(|replica| values[replica]);
                 held[0] += f64::from(u8::from(deviation <= T * error));
-                held[1] += f64::from(u8::from(deviation <= T * skewed.bar_lx(error, spread.scale_lx)));
+                held[1] += f64::from(u8::from(deviation <= T * skewed.bar(error, spread.scale_lx)));
             }
         }
         held.map(|count| count / 40_000.0)
@@ -199,8 +199,7 @@ mod tests {
             for (held, rare) in held.iter_mut().zip([skewed.with_missing(&spreads, true), skewed]) {
                 for number in (0..60).step_by(3) {
                     let deviation = (spreads[number].scale_lx - 5.0 * mean_count / REPLICAS as f64).abs();
-                    *held +=
-                        f64::from(u8::from(deviation <= T * rare.bar_lx(errors[number], spreads[number].scale_lx)));
+                    *held += f64::from(u8::from(deviation <= T * rare.bar(errors[number], spreads[number].scale_lx)));
                 }
             }
         }
@@ -223,8 +222,8 @@ mod tests {
         let value = |replica: usize| 1000.0 + (replica % 4) as f64;
         let spreads = [Spread::of(value, value)];
         let rare = RareScores::of(&spreads).with_missing(&spreads, true);
-        assert!((rare.bar_lx(0.28, 1001.5) / 0.28 - 1.0).abs() < 1e-3, "{rare:?}");
-        assert!(rare.bar_lx(0.0, 0.0) > 0.0, "{rare:?}");
-        assert_eq!(RareScores::of(&spreads).with_missing(&spreads, false).bar_lx(0.0, 0.0), 0.0);
+        assert!((rare.bar(0.28, 1001.5) / 0.28 - 1.0).abs() < 1e-3, "{rare:?}");
+        assert!(rare.bar(0.0, 0.0) > 0.0, "{rare:?}");
+        assert_eq!(RareScores::of(&spreads).with_missing(&spreads, false).bar(0.0, 0.0), 0.0);
     }
 }

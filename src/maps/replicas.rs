@@ -16,20 +16,20 @@ use super::{CellsError, HALF, Levels, MapValues, PACKETS_OF_A_BOUND, PartScores,
 /// first linear polynomial ([`super::basis`]) of every element, followed by those of the second. The polynomials are orthonormal, so that
 /// weighted sums of squares over all entries are integrals over the elements.
 ///
-/// The illuminance of a replica is `direct sum · direct_scale + indirect sum · indirect_scale[i]`. The scales turn sums over samples into
+/// The value of a replica is `direct sum · direct_scale + indirect sum · indirect_scale[i]`. The scales turn sums over samples into
 /// means, and counted flux into flux per area.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplicaMap {
-    /// One slab per replica: sums of direct scores in lx.
-    pub direct_lx: Vec<Vec<f64>>,
-    /// One slab per replica: sums of indirect scores (lx, or counts of packets).
+    /// One slab per replica: sums of direct scores, in the unit of the map's quantity.
+    pub direct: Vec<Vec<f64>>,
+    /// One slab per replica: sums of indirect scores (in the same unit, or counts of packets).
     pub indirect: Vec<Vec<f64>>,
     /// Direct samples of each entry so far, the same in every replica.
     pub direct_samples: Tally,
     /// Chains or walks so far, the same in every replica.
     pub indirect_samples: Tally,
-    /// Value of one unit of the indirect sum at entry `i` for a single sample: 1 for lx, Φ/A for packets (docs/methods.md (4)).
-    pub indirect_unit_lx: Unit,
+    /// Value of one unit of the indirect sum at entry `i` for a single sample: 1 for scores, Φ/A for packets (docs/methods.md (4)).
+    pub indirect_unit: Unit,
     /// Residual walks, which measure the error of gathered light; `None` for other samples.
     pub residuals: Option<Residuals>,
     /// Remaining error of the cells in the indirect sums; `None` for other samples.
@@ -69,8 +69,8 @@ impl Tally {
 /// Unit of an indirect sum.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Unit {
-    /// The sums are in lx.
-    Lux,
+    /// The sums are in the unit of the map's quantity.
+    Scores,
     /// The sums count packets. Each packet carries `luminous_flux_lm` divided by the number of samples; the areas in m² convert this to lx.
     Packets {
         /// Flux of all luminaires in lm.
@@ -82,22 +82,22 @@ pub enum Unit {
 
 impl ReplicaMap {
     /// Returns an empty map of `len` entries.
-    pub fn new(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
-        ReplicaMap::with_entries(len, len, indirect_unit_lx)
+    pub fn new(len: usize, indirect_unit: Unit) -> ReplicaMap {
+        ReplicaMap::with_entries(len, len, indirect_unit)
     }
 
     /// Returns an empty map of `len` elements with slopes.
-    pub fn linear(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
-        ReplicaMap::with_entries(len, len * (1 + SLOPES), indirect_unit_lx)
+    pub fn linear(len: usize, indirect_unit: Unit) -> ReplicaMap {
+        ReplicaMap::with_entries(len, len * (1 + SLOPES), indirect_unit)
     }
 
-    fn with_entries(sites: usize, entries: usize, indirect_unit_lx: Unit) -> ReplicaMap {
+    fn with_entries(sites: usize, entries: usize, indirect_unit: Unit) -> ReplicaMap {
         ReplicaMap {
-            direct_lx: vec![vec![0.0; entries]; REPLICAS],
+            direct: vec![vec![0.0; entries]; REPLICAS],
             indirect: vec![vec![0.0; entries]; REPLICAS],
             direct_samples: Tally::default(),
             indirect_samples: Tally::default(),
-            indirect_unit_lx,
+            indirect_unit,
             residuals: None,
             cells_error: None,
             scores: Default::default(),
@@ -110,13 +110,13 @@ impl ReplicaMap {
     /// Sets the levels of direct light, from which scores deviate, for entries with samples and without a level.
     pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
         let count = self.entries();
-        let (slabs, tally) = (&self.direct_lx, self.direct_samples);
+        let (slabs, tally) = (&self.direct, self.direct_samples);
         self.levels[0].fix(entries, count, |entry| {
             (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
         });
     }
 
-    /// Sets the levels of indirect light in lx in the same way.
+    /// Sets the levels of indirect light in the same way.
     pub fn fix_indirect_levels(&mut self, entries: Range<usize>) {
         let count = self.entries();
         let (slabs, tally) = (&self.indirect, self.indirect_samples);
@@ -137,7 +137,7 @@ impl ReplicaMap {
         let part =
             |part: usize, tally: Tally| self.scores[part].evidence(samples(tally), samples(tally) * self.len() as f64);
         let direct = part(0, self.direct_samples);
-        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit else {
             return [direct, part(1, self.indirect_samples)];
         };
         // Each packet counted in an element is a score of Φ/A, and no score is larger: the tail is bounded.
@@ -158,7 +158,7 @@ impl ReplicaMap {
 
     /// Returns the number of entries: one per site, or three where elements have slopes.
     pub fn entries(&self) -> usize {
-        self.direct_lx[0].len()
+        self.direct[0].len()
     }
 
     /// Whether elements have slopes.
@@ -173,7 +173,7 @@ impl ReplicaMap {
         if entry < self.sites { entry } else { entry % self.sites }
     }
 
-    /// Returns the values in lx of one unit of the direct and of the indirect sums, at an element or a point.
+    /// Returns the values of one unit of the direct and of the indirect sums, at an element or a point.
     pub fn scales(&self, site: usize) -> (f64, f64) {
         (self.direct_samples.inverse(site), self.indirect_scale(site))
     }
@@ -184,35 +184,35 @@ impl ReplicaMap {
     }
 
     fn indirect_scale(&self, site: usize) -> f64 {
-        let unit_lx = match &self.indirect_unit_lx {
-            Unit::Lux => 1.0,
+        let unit = match &self.indirect_unit {
+            Unit::Scores => 1.0,
             Unit::Packets { luminous_flux_lm, area_m2 } => luminous_flux_lm / area_m2[site],
         };
-        unit_lx * self.indirect_samples.inverse(site)
+        unit * self.indirect_samples.inverse(site)
     }
 
-    /// Returns the illuminance of one entry in one replica, in lx.
+    /// Returns the value of one entry in one replica, in the unit of the map's quantity.
     #[inline]
-    pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
+    pub fn value(&self, replica: usize, entry: usize) -> f64 {
         let site = self.site_of(entry);
-        self.direct_lx[replica][entry] * self.direct_samples.inverse(site)
+        self.direct[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
     }
 
     /// Returns the illuminance that an element shows at a point inside it in one replica, in lx.
     pub fn shown_lx(&self, replica: usize, site: usize, at: [f64; 2]) -> f64 {
-        let mean_lx = self.illuminance_lx(replica, site);
+        let mean_lx = self.value(replica, site);
         if !self.is_linear() {
             return mean_lx;
         }
-        let slope_lx = |number: usize| self.illuminance_lx(replica, (1 + number) * self.sites + site);
+        let slope_lx = |number: usize| self.value(replica, (1 + number) * self.sites + site);
         Linear([mean_lx, slope_lx(0), slope_lx(1)]).at(at)
     }
 
     /// Returns the direct and indirect light of an element, each as coefficients in lx of the function that it shows.
     pub fn parts_lx(&self, site: usize) -> [[f64; 1 + SLOPES]; 2] {
         let (direct_scale, indirect_scale) = self.scales(site);
-        [(&self.direct_lx, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
+        [(&self.direct, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
             std::array::from_fn(|number| {
                 let entry = number * self.sites + site;
                 if entry < self.entries() { mean(slabs.iter().map(|slab| slab[entry])) * scale } else { 0.0 }
@@ -224,21 +224,17 @@ impl ReplicaMap {
     pub fn slopes_lx(&self, site: usize) -> [f64; SLOPES] {
         std::array::from_fn(|k| {
             let entry = (1 + k) * self.sites + site;
-            if entry < self.entries() {
-                mean((0..REPLICAS).map(|replica| self.illuminance_lx(replica, entry)))
-            } else {
-                0.0
-            }
+            if entry < self.entries() { mean((0..REPLICAS).map(|replica| self.value(replica, entry))) } else { 0.0 }
         })
     }
 
-    /// Returns the direct illuminance of one entry, averaged over the replicas, in lx.
-    pub fn direct_lx(&self, entry: usize) -> f64 {
-        mean(self.direct_lx.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
+    /// Returns the direct part of one entry, averaged over the replicas.
+    pub fn direct(&self, entry: usize) -> f64 {
+        mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
     }
 
-    /// Returns the indirect illuminance of one entry, averaged over the replicas, in lx.
-    pub fn indirect_lx(&self, entry: usize) -> f64 {
+    /// Returns the indirect part of one entry, averaged over the replicas.
+    pub fn indirect(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
     }
 
@@ -247,7 +243,7 @@ impl ReplicaMap {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.direct_samples.inverse(self.site_of(entry));
-            sum += weight * (inverse * standard_error(|replica| self.direct_lx[replica][entry])).powi(2);
+            sum += weight * (inverse * standard_error(|replica| self.direct[replica][entry])).powi(2);
             if entry < self.sites {
                 weight_sum += weight;
             }
@@ -289,7 +285,7 @@ impl ReplicaMap {
         self.indirect_samples = coarse.indirect_samples;
         self.indirect = coarse.indirect.iter().map(|slab| on_children(slab, sloped, children)).collect();
         self.cells_error = coarse.cells_error.as_ref().map(|error| CellsError {
-            by_site_lx: children.iter().map(|child| error.by_site_lx[child.parent as usize]).collect(),
+            by_site: children.iter().map(|child| error.by_site[child.parent as usize]).collect(),
             ..*error
         });
     }
@@ -302,7 +298,7 @@ impl ReplicaMap {
     /// Returns an upper bound in lx of the mean over entries that packets could reach but none has: the light of three packets. The bound
     /// serves as their error, since 0 would mean exact. The result is 0 if a packet has reached one.
     pub fn unseen_bound_lx(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
-        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit else {
             return 0.0;
         };
         let packets = self.indirect_samples.complete as f64 * REPLICAS as f64;
@@ -316,13 +312,13 @@ impl ReplicaMap {
     /// Returns the statistics of rare scores: see [`RareScores`].
     pub fn rare_scores(&self) -> RareScores {
         let spreads = (0..self.sites).map(|entry| {
-            let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
-            Spread::of(|replica| self.illuminance_lx(replica, entry), indirect_lx)
+            let indirect = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
+            Spread::of(|replica| self.value(replica, entry), indirect)
         });
         let spreads: Vec<Spread> = spreads.collect();
         let of_those_seen = RareScores::of(&spreads);
-        match self.indirect_unit_lx {
-            Unit::Lux if self.indirect_samples.complete > 0 => {
+        match self.indirect_unit {
+            Unit::Scores if self.indirect_samples.complete > 0 => {
                 of_those_seen.with_missing(&spreads, !self.may_be_in_contact)
             }
             _ => of_those_seen,
@@ -332,8 +328,8 @@ impl ReplicaMap {
     /// Lengthens the error bars of entries whose light comes from few scores.
     fn widen_bars(&self, values: &mut MapValues) {
         let rare = self.rare_scores();
-        for (error_lx, indirect_lx) in values.standard_error_lx.iter_mut().zip(&values.indirect_lx) {
-            *error_lx = rare.bar_lx(*error_lx, *indirect_lx);
+        for (error, indirect) in values.standard_error.iter_mut().zip(&values.indirect) {
+            *error = rare.bar(*error, *indirect);
         }
     }
 
@@ -344,26 +340,26 @@ impl ReplicaMap {
     pub fn values(&self) -> MapValues {
         let mut values = MapValues::with_capacity(self.len());
         for entry in 0..self.len() {
-            let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
-            let value_lx = |replica: usize| self.illuminance_lx(replica, entry);
-            values.halves_lx.push(half_means(value_lx));
-            let spread_lx = self.squared_error(value_lx).sqrt();
-            let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
+            let (direct, indirect) = (self.direct(entry), self.indirect(entry));
+            let value = |replica: usize| self.value(replica, entry);
+            values.halves.push(half_means(value));
+            let spread = self.squared_error(value).sqrt();
+            let unseen = matches!(self.indirect_unit, Unit::Packets { .. })
                 && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
-            let bound_lx = if unseen { PACKETS_OF_A_BOUND * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
+            let bound = if unseen { PACKETS_OF_A_BOUND * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
             let direct_scale = self.direct_samples.inverse(self.site_of(entry));
-            let of_replica_lx = |replica: usize| direct_scale * self.direct_lx[replica][entry];
-            values.direct_standard_error_lx.push(standard_error(of_replica_lx));
-            values.direct_lx.push(direct_lx);
-            values.indirect_lx.push(indirect_lx);
-            values.illuminance_lx.push(direct_lx + indirect_lx);
-            values.standard_error_lx.push(spread_lx.max(bound_lx));
+            let of_replica = |replica: usize| direct_scale * self.direct[replica][entry];
+            values.direct_standard_error.push(standard_error(of_replica));
+            values.direct.push(direct);
+            values.indirect.push(indirect);
+            values.value.push(direct + indirect);
+            values.standard_error.push(spread.max(bound));
         }
         self.widen_bars(&mut values);
         if let Some(error) = &self.cells_error {
-            let errors_lx = values.standard_error_lx.iter_mut().zip(&error.by_site_lx);
-            errors_lx.for_each(|(error_lx, left_lx)| *error_lx = error_lx.hypot(*left_lx));
+            let errors = values.standard_error.iter_mut().zip(&error.by_site);
+            errors.for_each(|(error, left)| *error = error.hypot(*left));
         }
         values
     }

@@ -25,11 +25,11 @@ pub struct Residuals {
     pub walks: u64,
     /// For every element or point: whether it has walks.
     pub walkers: Vec<bool>,
-    /// One slab per replica: sums over the walks of an entry in lx. Where elements have slopes, the sums times the linear polynomials
+    /// One slab per replica: sums over the walks of an entry, in the unit of the map's quantity. Where elements have slopes, the sums times the linear polynomials
     /// follow those of the elements.
-    pub sums_lx: Vec<Vec<f64>>,
+    pub sums: Vec<Vec<f64>>,
     /// The same for the first steps of the walks alone.
-    pub first_steps_lx: Vec<Vec<f64>>,
+    pub first_steps: Vec<Vec<f64>>,
     /// Region of every element or point.
     regions: Vec<u32>,
     region_count: usize,
@@ -54,8 +54,8 @@ pub struct CellsError {
     pub remaining: RemainingError,
     /// Error that walks have measured, with the shares of it that were corrected.
     pub measured: Measured,
-    /// Remaining error at every element or point, in lx, for the error bars of entries.
-    pub by_site_lx: Vec<f64>,
+    /// Remaining error at every element or point, in the unit of the map's quantity, for the error bars of entries.
+    pub by_site: Vec<f64>,
 }
 
 /// What walks measure of a map's cells, and the shares of this error that are corrected in the even and the odd half.
@@ -97,7 +97,7 @@ impl CellsError {
 
     fn remaining_at([remaining, expected]: [RemainingError; 2], profile: &[f64], measured: Measured) -> CellsError {
         let remaining_lx = (expected.common + expected.chance).sqrt();
-        CellsError { remaining, measured, by_site_lx: profile.iter().map(|unsure| remaining_lx * unsure).collect() }
+        CellsError { remaining, measured, by_site: profile.iter().map(|unsure| remaining_lx * unsure).collect() }
     }
 
     /// Returns the uncertainty of the cells at each entry, divided by its root mean square.
@@ -105,7 +105,7 @@ impl CellsError {
         let expected = self.measured.remaining(0.0);
         let remaining_lx = (expected.common + expected.chance).sqrt();
         let unsure = |lx: &f64| if remaining_lx > 0.0 { lx / remaining_lx } else { 1.0 };
-        self.by_site_lx.iter().map(unsure).collect()
+        self.by_site.iter().map(unsure).collect()
     }
 
     /// Computes the remaining error of the mean of several maps, or of several parts of its points. Each has cells and walks of its own.
@@ -157,8 +157,8 @@ impl Residuals {
             walks: 0,
             walkers: vec![true; regions.len()],
             profile: vec![1.0; regions.len()],
-            sums_lx: vec![vec![0.0; entries]; REPLICAS],
-            first_steps_lx: vec![vec![0.0; entries]; REPLICAS],
+            sums: vec![vec![0.0; entries]; REPLICAS],
+            first_steps: vec![vec![0.0; entries]; REPLICAS],
             regions,
             region_count,
             region_walks: Vec::new(),
@@ -221,8 +221,8 @@ impl Residuals {
     /// Mean over the walks of an entry, of their first and of their later steps, in lx.
     #[inline]
     fn own_lx(&self, replica: usize, entry: usize, inverse: f64) -> [f64; 2] {
-        let first_lx = self.first_steps_lx[replica][entry];
-        [inverse * first_lx, inverse * (self.sums_lx[replica][entry] - first_lx)]
+        let first_lx = self.first_steps[replica][entry];
+        [inverse * first_lx, inverse * (self.sums[replica][entry] - first_lx)]
     }
 
     /// The same for the mean of a region, for a profile of 1.
@@ -244,7 +244,7 @@ impl Residuals {
 
     /// Returns the error in lx that the walks of an element or point still find in a replica after correction.
     pub fn remaining_lx(&self, replica: usize, site: usize) -> f64 {
-        self.sums_lx[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
+        self.sums[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
     }
 
     /// Computes the corrections, for entries with these weights.
@@ -279,10 +279,10 @@ impl Residuals {
                 sums.iter_mut().zip(&of_regions).for_each(|(sum, weight)| *sum /= weight.max(f64::MIN_POSITIVE));
                 sums
             };
-            let sums = sums_of_regions(&self.sums_lx[replica]);
+            let sums = sums_of_regions(&self.sums[replica]);
             self.means[replica] = sums.iter().sum::<f64>() / of_all.max(f64::MIN_POSITIVE);
             self.region_means[replica] = per_weight(sums);
-            self.region_means_of_first_steps[replica] = per_weight(sums_of_regions(&self.first_steps_lx[replica]));
+            self.region_means_of_first_steps[replica] = per_weight(sums_of_regions(&self.first_steps[replica]));
         }
         let regions = ScaleErrors::of(&squares_of_regions, self.region_count, |replica, region| {
             self.region_means[replica][region] - self.means[replica]
@@ -439,8 +439,8 @@ mod tests {
                     sign * bias_lx[step] + sigma[step] * normal
                 };
                 let first_lx = step_lx(0);
-                residuals.first_steps_lx[replica][site] = first_lx;
-                residuals.sums_lx[replica][site] = first_lx + step_lx(1);
+                residuals.first_steps[replica][site] = first_lx;
+                residuals.sums[replica][site] = first_lx + step_lx(1);
             }
         }
         residuals.settle(&[1.0; SITES]);
@@ -540,7 +540,7 @@ mod tests {
         let [alone, twice] = [1, 2].map(|count| CellsError::of_mean(&vec![measured[7]; count], &profile));
         assert_eq!(alone.remaining.common, walked(7, 3.0, 30.0).cells_error().remaining.common);
         assert_eq!(2.0 * twice.remaining.chance, alone.remaining.chance);
-        let expected = |error: &CellsError| error.by_site_lx[0].powi(2) - error.remaining.chance;
+        let expected = |error: &CellsError| error.by_site[0].powi(2) - error.remaining.chance;
         assert!((expected(&twice) - expected(&alone)).abs() < 1e-9, "{twice:?} {alone:?}");
         let without = CellsError::of_mean(&[measured[7], of(6.0, 1.0, None)], &profile);
         assert!(

@@ -1,7 +1,7 @@
 //! A finished map: values, standard errors, tables and the stated error.
 
 use super::basis::Linear;
-use crate::scene::{ReceiverPoint, Scene};
+use crate::scene::{Quantity, ReceiverPoint, Scene};
 
 /// A number with its standard error. An error of 0 means exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,24 +50,33 @@ impl MapKind {
             MapKind::Receivers(set) => &scene.receivers[set].name,
         }
     }
+
+    /// Returns the quantity of the map's values: elements have illuminances of their own planes.
+    pub fn quantity(self, scene: &Scene) -> Quantity {
+        match self {
+            MapKind::Elements => Quantity::Perpendicular,
+            MapKind::Receivers(set) => scene.receivers[set].quantity,
+        }
+    }
 }
 
-/// Illuminances of one map as a structure of arrays: entry `i` is element side or point `i`. For a luminance set all four are in cd/m²
-/// instead. *Direct* is then what the eye sees of luminaires and of light reflected once.
+/// Values of one map as a structure of arrays: entry `i` is element side or point `i`. They are in the unit of the map's `quantity`
+/// ([`MapResult::quantity`]). For a luminance, *direct* is what the eye sees of luminaires and of light reflected once.
 #[derive(Clone, Debug, Default)]
 pub struct MapValues {
-    /// Illuminance in lx.
-    pub illuminance_lx: Vec<f64>,
-    /// Standard error of the illuminance in lx.
-    pub standard_error_lx: Vec<f64>,
-    /// Illuminance in lx from the even and from the odd half alone. The halves are independent. Empty for a method without halves.
-    pub halves_lx: Vec<[f64; 2]>,
-    /// Direct part in lx: light that has met nothing on its way.
-    pub direct_lx: Vec<f64>,
-    /// Indirect part in lx: the rest.
-    pub indirect_lx: Vec<f64>,
-    /// Standard error of the direct part in lx; empty for a method that does not give it.
-    pub direct_standard_error_lx: Vec<f64>,
+    /// The value, in the unit of `quantity`.
+    pub value: Vec<f64>,
+    /// Standard error of the value, in the unit of `quantity`.
+    pub standard_error: Vec<f64>,
+    /// Value from the even and from the odd half alone, in the unit of `quantity`. The halves are independent. Empty for a method without
+    /// halves.
+    pub halves: Vec<[f64; 2]>,
+    /// Direct part, in the unit of `quantity`: light that has met nothing on its way.
+    pub direct: Vec<f64>,
+    /// Indirect part, in the unit of `quantity`: the rest.
+    pub indirect: Vec<f64>,
+    /// Standard error of the direct part, in the unit of `quantity`; empty for a method that does not give it.
+    pub direct_standard_error: Vec<f64>,
     /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Empty otherwise.
     pub slopes_lx: Vec<[f64; 2]>,
     /// Adaptive elements: estimated root mean square in lx of the variation that the element cannot show. Empty otherwise.
@@ -84,12 +93,12 @@ impl MapValues {
     pub fn with_capacity(entries: usize) -> MapValues {
         let room = || Vec::with_capacity(entries);
         MapValues {
-            illuminance_lx: room(),
-            standard_error_lx: room(),
-            halves_lx: Vec::with_capacity(entries),
-            direct_lx: room(),
-            indirect_lx: room(),
-            direct_standard_error_lx: room(),
+            value: room(),
+            standard_error: room(),
+            halves: Vec::with_capacity(entries),
+            direct: room(),
+            indirect: room(),
+            direct_standard_error: room(),
             ..MapValues::default()
         }
     }
@@ -103,7 +112,7 @@ impl MapValues {
     /// Returns the illuminance in lx that an element shows at a point, given by the weights of its second and third corner.
     pub fn at_lx(&self, site: usize, at: [f64; 2]) -> f64 {
         let [first_lx, second_lx] = self.slopes_lx.get(site).copied().unwrap_or_default();
-        Linear([self.illuminance_lx[site], first_lx, second_lx]).at(at)
+        Linear([self.value[site], first_lx, second_lx]).at(at)
     }
 }
 
@@ -114,13 +123,15 @@ pub struct MapResult {
     pub name: String,
     /// Elements or a receiver set.
     pub kind: MapKind,
+    /// The quantity of its values and tables. [`Quantity::unit`] is their unit.
+    pub quantity: Quantity,
     /// Name of the estimator that computed it.
     pub method: String,
     /// Reason for this estimator, in words.
     pub method_reason: String,
     /// Number of chains spent on it.
     pub chains: u64,
-    /// Illuminances.
+    /// Its values.
     pub values: MapValues,
     /// The error that the map states.
     pub error: MapError,
@@ -141,10 +152,8 @@ impl MapResult {
     pub fn counted<'a>(&'a self, points: &'a [ReceiverPoint]) -> impl Iterator<Item = (Estimate, f64)> + 'a {
         let counted = points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
         counted.map(|(index, point)| {
-            let estimate = Estimate {
-                value: self.values.illuminance_lx[index],
-                standard_error: self.values.standard_error_lx[index],
-            };
+            let estimate =
+                Estimate { value: self.values.value[index], standard_error: self.values.standard_error[index] };
             (estimate, point.weight)
         })
     }
@@ -239,18 +248,19 @@ pub struct TableRow {
     pub kind: TableKind,
     /// `front` or `back`.
     pub side: &'static str,
-    /// Ē: weighted mean in lx.
-    pub average_lx: Estimate,
-    /// Emin in lx, the minimum illuminance over the evaluation points.
-    pub minimum_lx: Estimate,
-    /// Emax in lx, the maximum illuminance over the evaluation points.
-    pub maximum_lx: Estimate,
+    /// Weighted mean, in the unit of the map's `quantity`: Ē of an illuminance.
+    pub average: Estimate,
+    /// Minimum over the evaluation points, in the unit of `quantity`: Emin.
+    pub minimum: Estimate,
+    /// Maximum over the evaluation points, in the unit of `quantity`: Emax.
+    pub maximum: Estimate,
     /// U0 = Emin/Ē.
     pub uniformity_u0: Estimate,
     /// Ud = Emin/Emax.
     pub uniformity_ud: Estimate,
-    /// Distance in lx by which chance may have pulled Emin and Emax. Their errors and those of the uniformities include it in quadrature.
-    pub pulled_lx: [f64; 2],
+    /// Distance by which chance may have pulled minimum and maximum, in the unit of `quantity`. Their errors and those of the uniformities
+    /// include it in quadrature.
+    pub pulled: [f64; 2],
     /// Number of evaluation points for Emin and Emax: the points of a receiver set, or the cells of a grid on a surface. With 0 there is no
     /// grid, and minimum, maximum and uniformities are 0.
     pub places: usize,
@@ -260,9 +270,9 @@ pub struct TableRow {
     pub covered_area_m2: f64,
     /// Relative RMS error of the row's own values.
     pub estimated_error: f64,
-    /// Ē of each replica in lx. With it, the error of a mean over several rows accounts for the correlation between rows. Empty where there
-    /// are no replicas.
-    pub replica_averages_lx: Vec<f64>,
+    /// Mean of each replica, in the unit of `quantity`. With it, the error of a mean over several rows accounts for the correlation between
+    /// rows. Empty where there are no replicas.
+    pub replica_averages: Vec<f64>,
 }
 
 impl TableRow {
@@ -273,22 +283,22 @@ impl TableRow {
 
     /// Whether minimum and maximum exist and light was found.
     pub fn knows_extremes(&self) -> bool {
-        self.places > 0 && self.average_lx.is_known()
+        self.places > 0 && self.average.is_known()
     }
 
     /// Returns Emin, if it is known. A value below its own error shows that the point may be dark.
     pub fn least(&self) -> Option<Estimate> {
-        self.knows_extremes().then_some(self.minimum_lx)
+        self.knows_extremes().then_some(self.minimum)
     }
 
     /// Returns Emax, if it is known. A value below its own error gives no information, because the known average is below it.
     pub fn greatest(&self) -> Option<Estimate> {
-        (self.knows_extremes() && self.maximum_lx.is_known()).then_some(self.maximum_lx)
+        (self.knows_extremes() && self.maximum.is_known()).then_some(self.maximum)
     }
 
     /// Returns U0, if it gives information: average and minimum must be distinct from 0.
     pub fn u0(&self) -> Option<Estimate> {
-        let is_known = self.knows_extremes() && self.average_lx.value > 0.0 && self.minimum_lx.is_known();
+        let is_known = self.knows_extremes() && self.average.value > 0.0 && self.minimum.is_known();
         is_known.then_some(self.uniformity_u0)
     }
 

@@ -7,8 +7,8 @@ use crate::scene::EvaluationGrid;
 
 /// Values, errors and weights of a part of a map.
 pub struct StatedValues<'a> {
-    illuminance_lx: &'a [f64],
-    error_lx: &'a [f64],
+    value: &'a [f64],
+    error: &'a [f64],
     weights: &'a [f64],
 }
 
@@ -16,8 +16,8 @@ impl<'a> StatedValues<'a> {
     /// Returns a range of a map's entries. `weights` are the weights of the whole map.
     pub fn of(values: &'a MapValues, weights: &'a [f64], range: Range<usize>) -> StatedValues<'a> {
         StatedValues {
-            illuminance_lx: &values.illuminance_lx[range.clone()],
-            error_lx: &values.standard_error_lx[range.clone()],
+            value: &values.value[range.clone()],
+            error: &values.standard_error[range.clone()],
             weights: &weights[range],
         }
     }
@@ -25,7 +25,7 @@ impl<'a> StatedValues<'a> {
     /// Returns all values of positive weight, each as an evaluation point of its own.
     pub fn places(&self) -> Vec<Estimate> {
         let counted = (0..self.weights.len()).filter(|i| self.weights[*i] > 0.0);
-        counted.map(|i| Estimate { value: self.illuminance_lx[i], standard_error: self.error_lx[i] }).collect()
+        counted.map(|i| Estimate { value: self.value[i], standard_error: self.error[i] }).collect()
     }
 
     fn mean(&self, of: impl Fn(usize) -> f64) -> f64 {
@@ -35,8 +35,8 @@ impl<'a> StatedValues<'a> {
     }
 
     fn relative_error(&self) -> f64 {
-        let mean_lx = self.mean(|i| self.illuminance_lx[i]);
-        if mean_lx > 0.0 { self.mean(|i| self.error_lx[i].powi(2)).sqrt() / mean_lx } else { 0.0 }
+        let mean = self.mean(|i| self.value[i]);
+        if mean > 0.0 { self.mean(|i| self.error[i].powi(2)).sqrt() / mean } else { 0.0 }
     }
 }
 
@@ -67,14 +67,12 @@ pub fn grid_places(
     };
     let slopes = slopes(grid);
     let place = |(number, cell): (usize, &Vec<crate::scene::GridPart>)| {
-        let mut place = Estimate {
-            value: mean(cell, &values.illuminance_lx),
-            standard_error: mean(cell, &values.standard_error_lx),
-        };
+        let mut place =
+            Estimate { value: mean(cell, &values.value), standard_error: mean(cell, &values.standard_error) };
         if let Some(CellSlopes { weights, lost_lx2 }) = slopes.get(number) {
             for (element, weight) in weights {
-                place.value += weight * values.illuminance_lx[*element as usize];
-                place.standard_error += weight.abs() * values.standard_error_lx[*element as usize];
+                place.value += weight * values.value[*element as usize];
+                place.standard_error += weight.abs() * values.standard_error[*element as usize];
             }
             place.standard_error += lost_lx2.sqrt();
         }
@@ -92,28 +90,26 @@ pub fn stated_row(
     values: &StatedValues,
     places: &[Estimate],
 ) -> TableRow {
-    let average_lx = Estimate {
-        value: values.mean(|i| values.illuminance_lx[i]),
-        standard_error: values.mean(|i| values.error_lx[i]),
-    };
+    let average =
+        Estimate { value: values.mean(|i| values.value[i]), standard_error: values.mean(|i| values.error[i]) };
     let by_value = |a: &&Estimate, b: &&Estimate| a.value.total_cmp(&b.value);
-    let minimum_lx = places.iter().min_by(by_value).copied().unwrap_or_default();
-    let maximum_lx = places.iter().max_by(by_value).copied().unwrap_or_default();
+    let minimum = places.iter().min_by(by_value).copied().unwrap_or_default();
+    let maximum = places.iter().max_by(by_value).copied().unwrap_or_default();
     TableRow {
         name: name.to_owned(),
         kind,
         side,
-        average_lx,
-        minimum_lx,
-        maximum_lx,
-        uniformity_u0: ratio(minimum_lx, average_lx),
-        uniformity_ud: ratio(minimum_lx, maximum_lx),
-        pulled_lx: [0.0; 2],
+        average,
+        minimum,
+        maximum,
+        uniformity_u0: ratio(minimum, average),
+        uniformity_ud: ratio(minimum, maximum),
+        pulled: [0.0; 2],
         places: places.len(),
         area_m2,
         covered_area_m2: 0.0,
         estimated_error: values.relative_error(),
-        replica_averages_lx: Vec::new(),
+        replica_averages: Vec::new(),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::scene::{EvaluationGrid, GridPart};
 /// bits.
 const ROUNDING: f64 = 1e-14;
 
-/// Evaluation points of the minimum and maximum illuminance.
+/// Evaluation points of the minimum and maximum.
 #[derive(Clone, Copy)]
 pub enum Places<'a> {
     /// The entries themselves: the receiver points of the set.
@@ -49,24 +49,24 @@ pub struct TableSubject<'a> {
     pub places: Places<'a>,
     /// Statistics of rare scores in the map ([`ReplicaMap::rare_scores`]).
     pub rare_scores: RareScores,
-    /// Remaining error of the cells in the average, in lx, if walks have measured it.
-    pub average_left_lx: Option<f64>,
+    /// Remaining error of the cells in the average, in the unit of the map's quantity, if walks have measured it.
+    pub average_left: Option<f64>,
 }
 
-/// Illuminance in lx at an evaluation point in every replica, and the part of its error that the replicas do not show.
+/// Value at an evaluation point in every replica, and the part of its error that the replicas do not show.
 struct PlaceReplicas {
-    replicas_lx: [f64; REPLICAS],
-    /// Indirect part of the mean, in lx.
-    indirect_lx: f64,
-    shared_error_lx: f64,
+    replicas: [f64; REPLICAS],
+    /// Indirect part of the mean.
+    indirect: f64,
+    shared_error: f64,
 }
 
 impl PlaceReplicas {
     fn of_entry(map: &ReplicaMap, entry: usize) -> PlaceReplicas {
         PlaceReplicas {
-            replicas_lx: std::array::from_fn(|replica| map.illuminance_lx(replica, entry)),
-            indirect_lx: map.indirect_lx(entry),
-            shared_error_lx: map.cells_error.as_ref().map_or(0.0, |error| error.by_site_lx[entry]),
+            replicas: std::array::from_fn(|replica| map.value(replica, entry)),
+            indirect: map.indirect(entry),
+            shared_error: map.cells_error.as_ref().map_or(0.0, |error| error.by_site[entry]),
         }
     }
 
@@ -79,91 +79,90 @@ impl PlaceReplicas {
         slopes: Option<&CellSlopes>,
     ) -> PlaceReplicas {
         let area_m2: f64 = parts.iter().map(|part| part.area_m2).sum();
-        let (mut replicas_lx, mut indirect_lx, mut of_cells_lx, mut lost_lx2) = ([0.0; REPLICAS], 0.0, 0.0, 0.0);
+        let (mut replicas, mut indirect, mut of_cells_lx, mut lost_lx2) = ([0.0; REPLICAS], 0.0, 0.0, 0.0);
         for part in parts {
             let (element, share) = (part.element as usize, part.scale * part.area_m2 / area_m2);
-            for (replica, lx) in replicas_lx.iter_mut().enumerate() {
+            for (replica, lx) in replicas.iter_mut().enumerate() {
                 *lx += share * map.shown_lx(replica, element, part.at);
             }
-            indirect_lx += share * map.indirect_lx(element);
-            of_cells_lx += share * map.cells_error.as_ref().map_or(0.0, |error| error.by_site_lx[element]);
+            indirect += share * map.indirect(element);
+            of_cells_lx += share * map.cells_error.as_ref().map_or(0.0, |error| error.by_site[element]);
             lost_lx2 += (share * discretisation_lx.get(element).copied().unwrap_or(0.0)).powi(2);
         }
         if let Some(slopes) = slopes {
-            for (replica, lx) in replicas_lx.iter_mut().enumerate() {
-                let element_lx =
-                    |(element, weight): &(u32, f64)| weight * map.illuminance_lx(replica, *element as usize);
+            for (replica, lx) in replicas.iter_mut().enumerate() {
+                let element_lx = |(element, weight): &(u32, f64)| weight * map.value(replica, *element as usize);
                 *lx += slopes.weights.iter().map(element_lx).sum::<f64>();
             }
             lost_lx2 += slopes.lost_lx2;
         }
-        PlaceReplicas { replicas_lx, indirect_lx, shared_error_lx: of_cells_lx.hypot(lost_lx2.sqrt()) }
+        PlaceReplicas { replicas, indirect, shared_error: of_cells_lx.hypot(lost_lx2.sqrt()) }
     }
 
-    fn mean_lx(&self) -> f64 {
-        self.replicas_lx.iter().sum::<f64>() / REPLICAS as f64
+    fn mean(&self) -> f64 {
+        self.replicas.iter().sum::<f64>() / REPLICAS as f64
     }
 
-    /// Returns the error in lx of the point's mean, as in the point's own row of a file. It is the replicas' spread, widened where few
+    /// Returns the error of the point's mean, as in the point's own row of a file. It is the replicas' spread, widened where few
     /// scores bring the light, with the error that the replicas share.
-    fn error_lx(&self, map: &ReplicaMap, rare_scores: RareScores) -> f64 {
-        let spread_lx = map.squared_error(|replica| self.replicas_lx[replica]).sqrt();
-        rare_scores.bar_lx(spread_lx, self.indirect_lx).hypot(self.shared_error_lx)
+    fn error(&self, map: &ReplicaMap, rare_scores: RareScores) -> f64 {
+        let spread = map.squared_error(|replica| self.replicas[replica]).sqrt();
+        rare_scores.bar(spread, self.indirect).hypot(self.shared_error)
     }
 }
 
-/// The minimum or maximum illuminance of a row's evaluation points: of the mean over all replicas, and of the means that leave one replica
+/// The minimum or maximum of a row's evaluation points: of the mean over all replicas, and of the means that leave one replica
 /// out.
 struct Extreme {
     sign: f64,
-    whole_lx: f64,
-    without_lx: [f64; REPLICAS],
+    whole: f64,
+    without: [f64; REPLICAS],
     /// Extreme of each half alone, and the value of the other half at the same point.
-    of_halves_lx: [[f64; 2]; 2],
+    of_halves: [[f64; 2]; 2],
     place: usize,
-    /// Error in lx of the point that has the extreme.
-    error_lx: f64,
+    /// Error of the point that has the extreme.
+    error: f64,
 }
 
 impl Extreme {
     /// Returns an extreme without a value. `sign` is 1 for the minimum and −1 for the maximum.
     fn new(sign: f64) -> Extreme {
         let worst = sign * f64::INFINITY;
-        let (without_lx, of_halves_lx) = ([worst; REPLICAS], [[worst; 2]; 2]);
-        Extreme { sign, whole_lx: worst, without_lx, of_halves_lx, place: 0, error_lx: 0.0 }
+        let (without, of_halves) = ([worst; REPLICAS], [[worst; 2]; 2]);
+        Extreme { sign, whole: worst, without, of_halves, place: 0, error: 0.0 }
     }
 
     fn take(&mut self, map: &ReplicaMap, rare_scores: RareScores, number: usize, place: &PlaceReplicas) {
-        let beyond = |lx: f64, than_lx: f64| self.sign * lx < self.sign * than_lx;
-        let sum_lx: f64 = place.replicas_lx.iter().sum();
-        for (without_lx, lx) in self.without_lx.iter_mut().zip(&place.replicas_lx) {
-            let rest_lx = (sum_lx - lx) / (REPLICAS - 1) as f64;
-            *without_lx = if beyond(rest_lx, *without_lx) { rest_lx } else { *without_lx };
+        let beyond = |value: f64, than: f64| self.sign * value < self.sign * than;
+        let sum: f64 = place.replicas.iter().sum();
+        for (without, value) in self.without.iter_mut().zip(&place.replicas) {
+            let rest = (sum - value) / (REPLICAS - 1) as f64;
+            *without = if beyond(rest, *without) { rest } else { *without };
         }
-        let [even_lx, odd_lx] = half_means(|replica| place.replicas_lx[replica]);
-        for (best_lx, half_lx) in self.of_halves_lx.iter_mut().zip([[even_lx, odd_lx], [odd_lx, even_lx]]) {
-            *best_lx = if beyond(half_lx[0], best_lx[0]) { half_lx } else { *best_lx };
+        let [even, odd] = half_means(|replica| place.replicas[replica]);
+        for (best, half) in self.of_halves.iter_mut().zip([[even, odd], [odd, even]]) {
+            *best = if beyond(half[0], best[0]) { half } else { *best };
         }
-        let mean_lx = place.mean_lx();
-        if beyond(mean_lx, self.whole_lx) {
-            (self.whole_lx, self.place, self.error_lx) = (mean_lx, number, place.error_lx(map, rare_scores));
+        let mean = place.mean();
+        if beyond(mean, self.whole) {
+            (self.whole, self.place, self.error) = (mean, number, place.error(map, rare_scores));
         }
     }
 
-    /// Returns the distance in lx by which chance may have pulled the extreme beyond the true value: docs/methods.md (43). It is 0 if both
+    /// Returns the distance by which chance may have pulled the extreme beyond the true value: docs/methods.md (43). It is 0 if both
     /// halves have the extreme at the same point.
-    fn pulled_lx(&self) -> f64 {
-        let elsewhere_lx = 0.5 * (self.of_halves_lx[0][1] + self.of_halves_lx[1][1]);
-        (self.sign * (elsewhere_lx - self.whole_lx)).max(0.0) * FRAC_1_SQRT_2
+    fn pulled(&self) -> f64 {
+        let elsewhere = 0.5 * (self.of_halves[0][1] + self.of_halves[1][1]);
+        (self.sign * (elsewhere - self.whole)).max(0.0) * FRAC_1_SQRT_2
     }
 
     /// Evaluates `of`, a quantity that depends on the extreme and on the replica left out (`None`: none), with its error. The error is the
-    /// largest of the jackknife error, the point's own error times `per_lx`, and `least_error`. The distance by which chance may have
+    /// largest of the jackknife error, the point's own error times `per_unit`, and `least_error`. The distance by which chance may have
     /// pulled the extreme is added in quadrature.
-    fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_lx: f64, least_error: f64) -> Estimate {
-        let spread = jackknife_error(|replica| of(self.without_lx[replica], Some(replica)));
-        let standard_error = spread.max(per_lx * self.error_lx).max(least_error).hypot(per_lx * self.pulled_lx());
-        let value = of(self.whole_lx, None);
+    fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_unit: f64, least_error: f64) -> Estimate {
+        let spread = jackknife_error(|replica| of(self.without[replica], Some(replica)));
+        let standard_error = spread.max(per_unit * self.error).max(least_error).hypot(per_unit * self.pulled());
+        let value = of(self.whole, None);
         // An exact value has an error of 0, despite the rounding of the jackknife.
         Estimate { value, standard_error: if standard_error > ROUNDING * value { standard_error } else { 0.0 } }
     }
@@ -182,21 +181,20 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let weight_sum: f64 = subject.weights.iter().sum();
     let counted = || subject.entries.iter().zip(subject.weights).filter(|(_, weight)| **weight > 0.0);
     let shown = weight_sum - subject.covered_area_m2;
-    let average = |replica: usize| {
-        counted().map(|(entry, weight)| weight * map.illuminance_lx(replica, *entry)).sum::<f64>()
-            / shown.max(f64::MIN_POSITIVE)
+    let of_replica = |replica: usize| {
+        counted().map(|(entry, weight)| weight * map.value(replica, *entry)).sum::<f64>() / shown.max(f64::MIN_POSITIVE)
     };
-    let averages: Vec<f64> = if shown > 0.0 { (0..REPLICAS).map(average).collect() } else { vec![0.0; REPLICAS] };
-    let unseen_lx = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
-    let mean_lx = averages.iter().sum::<f64>() / REPLICAS as f64;
+    let averages: Vec<f64> = if shown > 0.0 { (0..REPLICAS).map(of_replica).collect() } else { vec![0.0; REPLICAS] };
+    let unseen = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
+    let mean = averages.iter().sum::<f64>() / REPLICAS as f64;
     // Walks give the error that the replicas of a half share through their cells, if they have measured it.
-    let left_lx = subject.average_left_lx.unwrap_or(0.0);
-    let spread_lx = match subject.average_left_lx {
+    let left = subject.average_left.unwrap_or(0.0);
+    let spread = match subject.average_left {
         Some(_) => map.squared_error(|replica| averages[replica]).sqrt(),
         None => standard_error(|replica| averages[replica]),
     };
-    let spread_lx = Some(spread_lx).filter(|spread| *spread > ROUNDING * mean_lx).unwrap_or(0.0);
-    let average_lx = Estimate { value: mean_lx, standard_error: spread_lx.hypot(left_lx).max(unseen_lx) };
+    let spread = Some(spread).filter(|spread| *spread > ROUNDING * mean).unwrap_or(0.0);
+    let average = Estimate { value: mean, standard_error: spread.hypot(left).max(unseen) };
 
     let (mut least, mut most) = (Extreme::new(1.0), Extreme::new(-1.0));
     let mut places = 0;
@@ -223,44 +221,43 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         name: subject.name.to_owned(),
         kind: subject.kind,
         side: subject.side,
-        average_lx,
-        minimum_lx: Estimate::default(),
-        maximum_lx: Estimate::default(),
+        average,
+        minimum: Estimate::default(),
+        maximum: Estimate::default(),
         uniformity_u0: Estimate::default(),
         uniformity_ud: Estimate::default(),
-        pulled_lx: [least.pulled_lx(), most.pulled_lx()],
+        pulled: [least.pulled(), most.pulled()],
         places,
         area_m2: subject.area_m2 - subject.covered_area_m2,
         covered_area_m2: subject.covered_area_m2,
         estimated_error: judgement.error_of_part(),
-        replica_averages_lx: averages,
+        replica_averages: averages,
     };
     if places == 0 {
         return row;
     }
-    let most_lx = average_lx.value.max(average_lx.standard_error);
-    let least_unseen_lx = match subject.places {
+    let bound = average.value.max(average.standard_error);
+    let least_unseen = match subject.places {
         Places::Entries => map.unseen_bound_lx(std::iter::once(least.place)),
         Places::Grid { .. } => map.unseen_bound_lx(cells[least.place].iter().map(|part| part.element as usize)),
     };
-    let least_unseen_lx = least_unseen_lx.min(most_lx);
-    let without = |replica: usize| {
-        (average_lx.value * REPLICAS as f64 - row.replica_averages_lx[replica]) / (REPLICAS - 1) as f64
-    };
-    let average_of = |left_out: Option<usize>| left_out.map_or(average_lx.value, without);
+    let least_unseen = least_unseen.min(bound);
+    let without =
+        |replica: usize| (average.value * REPLICAS as f64 - row.replica_averages[replica]) / (REPLICAS - 1) as f64;
+    let average_of = |left_out: Option<usize>| left_out.map_or(average.value, without);
     let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-    let (per_average, per_most) = (ratio(1.0, average_lx.value), ratio(1.0, most.whole_lx));
-    let share = |lx: f64, left_out: Option<usize>| ratio(lx, average_of(left_out)).clamp(0.0, 1.0);
-    let u0 = least.estimate(share, per_average, (per_average * least_unseen_lx).min(1.0));
-    let ud_of = |lx: f64, left_out: Option<usize>| {
-        ratio(lx, left_out.map_or(most.whole_lx, |replica| most.without_lx[replica])).clamp(0.0, 1.0)
+    let (per_average, per_most) = (ratio(1.0, average.value), ratio(1.0, most.whole));
+    let share = |value: f64, left_out: Option<usize>| ratio(value, average_of(left_out)).clamp(0.0, 1.0);
+    let u0 = least.estimate(share, per_average, (per_average * least_unseen).min(1.0));
+    let ud_of = |value: f64, left_out: Option<usize>| {
+        ratio(value, left_out.map_or(most.whole, |replica| most.without[replica])).clamp(0.0, 1.0)
     };
-    let ud = least.estimate(ud_of, per_most, (per_most * least_unseen_lx).min(1.0));
+    let ud = least.estimate(ud_of, per_most, (per_most * least_unseen).min(1.0));
     // Contribution of the maximum to the ratio's error, beside that of the minimum.
-    let of_most = ud.value * per_most * most.error_lx.hypot(most.pulled_lx());
-    row.minimum_lx = least.estimate(|lx, _| lx.clamp(0.0, average_lx.value.max(0.0)), 1.0, least_unseen_lx);
-    row.maximum_lx = most.estimate(|lx, _| lx.max(0.0), 1.0, 0.0);
-    row.uniformity_u0 = Estimate { standard_error: u0.standard_error.hypot(u0.value * per_average * left_lx), ..u0 };
+    let of_most = ud.value * per_most * most.error.hypot(most.pulled());
+    row.minimum = least.estimate(|value, _| value.clamp(0.0, average.value.max(0.0)), 1.0, least_unseen);
+    row.maximum = most.estimate(|value, _| value.max(0.0), 1.0, 0.0);
+    row.uniformity_u0 = Estimate { standard_error: u0.standard_error.hypot(u0.value * per_average * left), ..u0 };
     row.uniformity_ud = Estimate { standard_error: ud.standard_error.hypot(of_most), ..ud };
     row
 }
@@ -296,7 +293,7 @@ mod tests {
             covered_area_m2: 0.0,
             places: Places::Entries,
             rare_scores,
-            average_left_lx: None,
+            average_left: None,
         };
         table_row(map, &subject)
     }
@@ -318,18 +315,15 @@ mod tests {
     #[test]
     fn a_minimum_that_no_packet_has_met_is_not_exact() {
         let unmet = row(&counted(0.0));
-        assert_eq!(unmet.minimum_lx.value, 0.0);
-        assert!((unmet.minimum_lx.standard_error - 3.0).abs() < 1e-12, "{:?}", unmet.minimum_lx);
-        let share = 3.0 / unmet.average_lx.value;
+        assert_eq!(unmet.minimum.value, 0.0);
+        assert!((unmet.minimum.standard_error - 3.0).abs() < 1e-12, "{:?}", unmet.minimum);
+        let share = 3.0 / unmet.average.value;
         assert!((unmet.uniformity_u0.standard_error - share).abs() < 1e-12, "{:?}", unmet.uniformity_u0);
         let met = row(&counted(1.0));
-        assert!(met.minimum_lx.value > 0.0, "{:?}", met.minimum_lx);
+        assert!(met.minimum.value > 0.0, "{:?}", met.minimum);
         // Thirds are rounded, but count as exact.
         let rounded = row(&counted(1.0 / 3.0));
-        assert_eq!(
-            [met, rounded].map(|row| [row.minimum_lx, row.maximum_lx].map(|lx| lx.standard_error)),
-            [[0.0; 2]; 2]
-        );
+        assert_eq!([met, rounded].map(|row| [row.minimum, row.maximum].map(|lx| lx.standard_error)), [[0.0; 2]; 2]);
     }
 
     /// Returns the share of `maps` maps (seed 5) of 40 points whose stated interval of the minimum contains the minimum of their means. The
@@ -342,7 +336,7 @@ mod tests {
         for number in 0..maps {
             stream.seek(number);
             let mut exponential = || -(1.0 - stream.unit()).ln();
-            let mut map = ReplicaMap::new(40, Unit::Lux);
+            let mut map = ReplicaMap::new(40, Unit::Scores);
             map.indirect_samples.complete = 1;
             for (entry, slab) in (0..40).flat_map(|entry| (0..REPLICAS).map(move |slab| (entry, slab))) {
                 let mut time = exponential();
@@ -352,7 +346,7 @@ mod tests {
                 }
             }
             for (held, rare_scores) in held.iter_mut().zip([map.rare_scores(), RareScores::default()]) {
-                let least_lx = row_by(&map, rare_scores).minimum_lx;
+                let least_lx = row_by(&map, rare_scores).minimum;
                 *held += f64::from(u8::from((least_lx.value - 4.0).abs() <= 2.13 * least_lx.standard_error));
             }
         }
@@ -369,18 +363,15 @@ mod tests {
     /// The minimum of a row and the row of its point state the same number with the same error.
     #[test]
     fn the_minimum_is_reported_as_its_point_is() {
-        let mut map = ReplicaMap::new(4, Unit::Lux);
+        let mut map = ReplicaMap::new(4, Unit::Scores);
         map.indirect_samples.complete = 1;
         for (replica, slab) in map.indirect.iter_mut().enumerate() {
             let rare = f64::from(u8::from(replica % 5 == 0));
             slab.copy_from_slice(&[1.0 + 20.0 * rare, 60.0 + 20.0 * rare, 70.0 - rare, 80.0]);
         }
         let (values, row) = (map.values(), row(&map));
-        assert_eq!(row.minimum_lx.value, values.illuminance_lx[0]);
-        assert!(
-            (row.minimum_lx.standard_error / values.standard_error_lx[0] - 1.0).abs() < 1e-12,
-            "{row:?} {values:?}"
-        );
+        assert_eq!(row.minimum.value, values.value[0]);
+        assert!((row.minimum.standard_error / values.standard_error[0] - 1.0).abs() < 1e-12, "{row:?} {values:?}");
     }
 
     /// Returns the share of 1,000 maps (seed 3) whose stated interval contains the true minimum. The interval is ±1.96 standard errors
@@ -389,15 +380,15 @@ mod tests {
         let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
         let is_held = |number: u64| {
             stream.seek(number);
-            let mut map = ReplicaMap::new(60, Unit::Lux);
+            let mut map = ReplicaMap::new(60, Unit::Scores);
             map.direct_samples.complete = 1;
-            for slab in &mut map.direct_lx {
+            for slab in &mut map.direct {
                 for (entry, lx) in slab.iter_mut().enumerate() {
                     let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                     *lx = 100.0 + entry as f64 + 4.0 * normal;
                 }
             }
-            let least_lx = row(&map).minimum_lx;
+            let least_lx = row(&map).minimum;
             f64::from(u8::from((least_lx.value - 100.0).abs() <= factor * 1.96 * least_lx.standard_error))
         };
         (0..1000).map(is_held).sum::<f64>() / 1000.0
@@ -418,14 +409,14 @@ mod tests {
         let mut held = [0.0; 2];
         for number in 0..500 {
             stream.seek(number);
-            let mut map = ReplicaMap::new(400, Unit::Lux);
+            let mut map = ReplicaMap::new(400, Unit::Scores);
             map.direct_samples.complete = 1;
-            for lx in map.direct_lx.iter_mut().flatten() {
+            for lx in map.direct.iter_mut().flatten() {
                 *lx = 100.0 + 4.0 * ((0..12).map(|_| stream.unit()).sum::<f64>() - 6.0);
             }
-            let (least_lx, values) = (row(&map).minimum_lx, map.values());
-            let least = values.illuminance_lx.iter().position(|lx| *lx == least_lx.value).expect("a point");
-            for (held, error_lx) in held.iter_mut().zip([least_lx.standard_error, values.standard_error_lx[least]]) {
+            let (least_lx, values) = (row(&map).minimum, map.values());
+            let least = values.value.iter().position(|lx| *lx == least_lx.value).expect("a point");
+            for (held, error_lx) in held.iter_mut().zip([least_lx.standard_error, values.standard_error[least]]) {
                 *held += f64::from(u8::from((least_lx.value - 100.0).abs() <= 2.13 * error_lx));
             }
         }
@@ -442,16 +433,16 @@ mod tests {
     /// Minimum and maximum are those of the unmodified values. Both have errors.
     #[test]
     fn extremes_are_those_of_the_values_themselves() {
-        let mut map = ReplicaMap::new(3, Unit::Lux);
+        let mut map = ReplicaMap::new(3, Unit::Scores);
         map.direct_samples.complete = 1;
-        for (replica, slab) in map.direct_lx.iter_mut().enumerate() {
+        for (replica, slab) in map.direct.iter_mut().enumerate() {
             let noise = if replica % 4 < 2 { 1.0 } else { -1.0 };
             slab.copy_from_slice(&[10.0 + noise, 10.5 - noise, 30.0 + noise]);
         }
         let row = row(&map);
-        assert!((row.minimum_lx.value - 10.0).abs() < 1e-12 && (row.maximum_lx.value - 30.0).abs() < 1e-12);
+        assert!((row.minimum.value - 10.0).abs() < 1e-12 && (row.maximum.value - 30.0).abs() < 1e-12);
         assert!((row.uniformity_ud.value - 1.0 / 3.0).abs() < 1e-12 && row.places == 3);
-        assert!(row.maximum_lx.standard_error > 0.2 && row.uniformity_ud.standard_error > 0.0, "{row:?}");
+        assert!(row.maximum.standard_error > 0.2 && row.uniformity_ud.standard_error > 0.0, "{row:?}");
     }
 
     /// Light without random error differs between replicas only by rounding, which is not an error. A difference of one part in a million
@@ -459,12 +450,12 @@ mod tests {
     #[test]
     fn rounding_is_no_standard_error() {
         let lit = |last: f64| {
-            let mut map = ReplicaMap::new(2, Unit::Lux);
+            let mut map = ReplicaMap::new(2, Unit::Scores);
             map.direct_samples.complete = 3;
-            for (replica, slab) in map.direct_lx.iter_mut().enumerate() {
+            for (replica, slab) in map.direct.iter_mut().enumerate() {
                 slab.copy_from_slice(&[0.3, 0.1 + if replica == 7 { last } else { 0.0 }]);
             }
-            row(&map).average_lx.standard_error
+            row(&map).average.standard_error
         };
         assert_eq!(lit(2e-17), 0.0);
         assert!(lit(1e-7) > 0.0);

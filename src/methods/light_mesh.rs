@@ -345,7 +345,7 @@ fn is_exact(maps: &[MapResult]) -> bool {
 /// found, and where no surface reflects, so that shadow rays alone give the whole light.
 fn dark_upper_bound_lx(world: &World, entries: &Entries, map: &TracedMap) -> Option<f64> {
     let weight: f64 = entries.weights.iter().sum();
-    let is_dark = map.map.values.illuminance_lx.iter().all(|lx| *lx == 0.0);
+    let is_dark = map.map.values.value.iter().all(|lx| *lx == 0.0);
     let flux_lm = world.emitters.luminous_flux_lm();
     (is_dark && world.reflects() && flux_lm > 0.0 && weight > 0.0).then(|| {
         let rays_a_place = (map.effort.rays() as f64 / entries.places().max(1) as f64).max(1.0);
@@ -455,7 +455,7 @@ mod tests {
             let kept = best_attempt(&mut planner, &entries, 0, true, Some(1e-9), &mut 0);
             let (_, kept) = kept.expect("a map is kept");
             assert!(asked.load(Ordering::Relaxed) > of_first + 10, "the second attempt was begun");
-            assert_eq!(kept.map.values.illuminance_lx, first.map.values.illuminance_lx);
+            assert_eq!(kept.map.values.value, first.map.values.value);
 
             planner.caution = NEXT_CAUTION;
             let plan = planner.plan(&entries, ATTEMPT, true);

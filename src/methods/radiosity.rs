@@ -45,7 +45,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         observer.progress(&progress(estimated_error, target_error, wall_s));
         let late = |limit_s: f64| wall_s + NEXT_MESH_TAKES * last_s > limit_s;
         let met = target_error.is_some_and(|target| estimated_error <= target);
-        let stop = if maps.iter().all(|map| map.values.standard_error_lx.iter().all(|error| *error == 0.0)) {
+        let stop = if maps.iter().all(|map| map.values.standard_error.iter().all(|error| *error == 0.0)) {
             Some(StopReason::Exact)
         } else if met {
             Some(StopReason::TargetMet)

@@ -18,7 +18,7 @@ const SKY_LEVELS_PERCENT: [f64; 8] = [NO_SKY_PERCENT, 0.5, 1.0, 2.0, 5.0, 10.0, 
 pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &str) -> Picture {
     let mut shown = map.clone();
     let in_percent = |lx: f64| 100.0 * lx / factors.outside_lx;
-    shown.cells.iter_mut().for_each(|cell| cell.illuminance_lx = cell.illuminance_lx.map(in_percent));
+    shown.cells.iter_mut().for_each(|cell| cell.value = cell.value.map(in_percent));
     shown.field.values.iter_mut().for_each(|value| *value = in_percent(*value));
     let (layout, mut picture) = MapLayout::of(&shown);
     let above = percent(factors.shares_above[0].value);
@@ -76,7 +76,7 @@ pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], 
     )
 }
 
-/// The sky components of a map, in %, as a map for drawing; `None` if they are unknown.
+/// The sky components of a map as a map for drawing, with values in %; `None` if they are unknown.
 pub(super) fn sky_component_map(map: &MapResult, outside_lx: f64) -> Option<MapResult> {
     let components = &map.values.sky_components_lx;
     if components.is_empty() {
@@ -84,8 +84,8 @@ pub(super) fn sky_component_map(map: &MapResult, outside_lx: f64) -> Option<MapR
     }
     let percent = |lx: f64| 100.0 * lx / outside_lx;
     let values = MapValues {
-        illuminance_lx: components.iter().map(|[sky, ..]| percent(sky.value)).collect(),
-        standard_error_lx: components.iter().map(|[sky, ..]| percent(sky.standard_error)).collect(),
+        value: components.iter().map(|[sky, ..]| percent(sky.value)).collect(),
+        standard_error: components.iter().map(|[sky, ..]| percent(sky.standard_error)).collect(),
         ..MapValues::default()
     };
     Some(MapResult { values, ..map.clone() })

@@ -105,8 +105,8 @@ fn trim(length_m: f64) -> String {
 pub struct FlatCell {
     /// Corners in m.
     pub ring: Vec<PagePoint>,
-    /// Illuminance in lx; `None` inside a solid or under contact with one.
-    pub illuminance_lx: Option<f64>,
+    /// Value of the map, in the unit of `quantity` or of the plot; `None` inside a solid or under contact with one.
+    pub value: Option<f64>,
 }
 
 /// A point of a grid in its plane.
@@ -116,16 +116,16 @@ pub struct FlatPoint {
     pub place: [u32; 2],
     /// Position in m.
     pub spot: PagePoint,
-    /// Illuminance in lx.
-    pub illuminance_lx: f64,
-    /// Standard error in lx.
-    pub standard_error_lx: f64,
+    /// Value of the map, in the unit of `quantity` or of the plot.
+    pub value: f64,
+    /// Standard error of the value.
+    pub standard_error: f64,
 }
 
 impl FlatPoint {
-    /// Illuminance with its error.
-    pub fn estimate_lx(&self) -> Estimate {
-        Estimate { value: self.illuminance_lx, standard_error: self.standard_error_lx }
+    /// Value with its error.
+    pub fn estimate(&self) -> Estimate {
+        Estimate { value: self.value, standard_error: self.standard_error }
     }
 }
 
@@ -236,17 +236,17 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     let corners_m = |middle_m: DVec3| {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(i, j)| middle_m + i * half_u_m + j * half_v_m)
     };
-    let values = &map.values.illuminance_lx;
+    let values = &map.values.value;
     let cells = set.points.iter().zip(values).map(|(point, value)| FlatCell {
         ring: corners_m(point.position_m).map(|corner| plane.spot(corner)).to_vec(),
-        illuminance_lx: (!point.inside).then_some(*value),
+        value: (!point.inside).then_some(*value),
     });
     let points = set.points.iter().zip(values).enumerate().filter(|(_, (point, _))| !point.inside);
     let points = points.map(|(index, (point, value))| FlatPoint {
         place: [index as u32 % columns, index as u32 / columns],
         spot: plane.spot(point.position_m),
-        illuminance_lx: *value,
-        standard_error_lx: map.values.standard_error_lx.get(index).copied().unwrap_or(0.0),
+        value: *value,
+        standard_error: map.values.standard_error.get(index).copied().unwrap_or(0.0),
     });
     Some(FlatMap {
         row,
@@ -264,7 +264,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
 fn grid_field(plane: &Plane, map: &MapResult, set: &ReceiverSet, columns: u32, rows: u32) -> Field {
     let mut field = Field {
         nodes: set.points.iter().map(|point| plane.spot(point.position_m)).collect(),
-        values: map.values.illuminance_lx.clone(),
+        values: map.values.value.clone(),
         triangles: Vec::new(),
     };
     for j in 0..rows.saturating_sub(1) {
@@ -310,7 +310,7 @@ pub fn surface_maps<'a>(
         .into_iter()
         .filter_map(|(side, normal)| {
             let row = *rows.0.get(&(name, side.name()))?;
-            (row.average_lx.value > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
+            (row.average.value > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
         })
         .collect()
 }
@@ -346,7 +346,7 @@ fn side_map<'a>(
                 });
                 let lx = map.values.at_lx(index as usize, middle).max(0.0);
                 let in_contact = map.values.in_contact.get(index as usize).is_some_and(|in_contact| *in_contact);
-                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: (!in_contact).then_some(lx) });
+                cells.push(FlatCell { ring: ring.to_vec(), value: (!in_contact).then_some(lx) });
                 areas_m2.push(area_m2);
             }
         }
@@ -370,7 +370,7 @@ fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
     let mut weights: Vec<f64> = Vec::new();
     let mut rings: Vec<[u32; 3]> = Vec::new();
     for (cell, area_m2) in cells.iter().zip(areas_m2) {
-        let Some(lx) = cell.illuminance_lx else {
+        let Some(lx) = cell.value else {
             continue;
         };
         let ring = std::array::from_fn(|corner| nodes.add(cell.ring[corner]));
@@ -493,10 +493,7 @@ mod tests {
         let fine = cut(lower);
         rings.extend(&fine[1..]);
         rings.extend(cut(fine[0]));
-        let cell = |ring: &[PagePoint; 3]| FlatCell {
-            ring: ring.to_vec(),
-            illuminance_lx: Some(ring[0][0] + 2.0 * ring[1][1]),
-        };
+        let cell = |ring: &[PagePoint; 3]| FlatCell { ring: ring.to_vec(), value: Some(ring[0][0] + 2.0 * ring[1][1]) };
         let cells: Vec<FlatCell> = rings.iter().map(cell).collect();
         let on_rim =
             |a: PagePoint, b: PagePoint| (0..2).any(|k| a[k] == b[k] && (a[k] == 0.0 || a[k] == [3.1, 2.0][k]));

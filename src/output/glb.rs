@@ -67,7 +67,7 @@ struct Model {
 impl Model {
     fn of(scene: &Scene, elements: &Elements, map: &MapResult) -> Model {
         let area_m2 = |index: usize| elements.area_m2(scene, elements.element(index as u32));
-        let lit = map.values.illuminance_lx.iter().enumerate().map(|(index, lx)| (*lx, area_m2(index)));
+        let lit = map.values.value.iter().enumerate().map(|(index, lx)| (*lx, area_m2(index)));
         // If everything is dark, any scale will do.
         let end_lx = end_of_scale_lx(lit.collect()).unwrap_or(1.0);
         let center_m = center_m(scene);
@@ -191,7 +191,7 @@ impl Vertices {
                 vertices.positions.push([0, 1, 2].map(about_center));
                 vertices.colors.push(linear(perceptual(at_lx[corner] / end_lx)));
                 vertices.illuminances_lx.push(single(at_lx[corner]));
-                vertices.standard_errors_lx.push(single(map.values.standard_error_lx[*index as usize]));
+                vertices.standard_errors_lx.push(single(map.values.standard_error[*index as usize]));
             }
         }
         vertices

@@ -26,7 +26,7 @@ const FEWEST: usize = 50;
 /// The mean of both halves has the standard error s. Each half alone has √2 s, and their difference 2 s.
 pub fn deviations(map: &MapResult) -> Vec<Option<f64>> {
     let values = &map.values;
-    let halves = values.halves_lx.iter().zip(&values.standard_error_lx);
+    let halves = values.halves.iter().zip(&values.standard_error);
     halves.map(|([even, odd], error_lx)| (*error_lx > 0.0).then(|| (odd - even) / (2.0 * error_lx))).collect()
 }
 
@@ -35,7 +35,7 @@ pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &s
     let (layout, mut picture) = MapLayout::of(&map);
     // Cells are in the order of the points. Cells without an error are blank, as inside a solid.
     for (cell, deviation) in map.cells.iter_mut().zip(deviations) {
-        cell.illuminance_lx = cell.illuminance_lx.and(*deviation);
+        cell.value = cell.value.and(*deviation);
     }
     let title = say!("Odd minus even half: {}", map.row.name);
     picture.words(Words::new(title, [62.0, 24.0], 17.0).bold());
@@ -134,16 +134,18 @@ fn draw_legend(picture: &mut Picture, layout: &MapLayout) {
 mod tests {
     use super::*;
     use crate::maps::{MapError, MapKind, MapValues};
+    use crate::scene::Quantity;
 
-    fn map(halves_lx: Vec<[f64; 2]>, standard_error_lx: Vec<f64>) -> MapResult {
-        let illuminance_lx = halves_lx.iter().map(|[even, odd]| 0.5 * (even + odd)).collect();
+    fn map(halves: Vec<[f64; 2]>, standard_error: Vec<f64>) -> MapResult {
+        let value = halves.iter().map(|[even, odd]| 0.5 * (even + odd)).collect();
         MapResult {
             name: "plane".to_owned(),
             kind: MapKind::Receivers(0),
+            quantity: Quantity::Perpendicular,
             method: String::new(),
             method_reason: String::new(),
             chains: 0,
-            values: MapValues { illuminance_lx, standard_error_lx, halves_lx, ..MapValues::default() },
+            values: MapValues { value, standard_error, halves, ..MapValues::default() },
             error: MapError::default(),
             bound: true,
             refusals: 0,

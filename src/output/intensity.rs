@@ -32,10 +32,10 @@ pub(super) fn intensity_files(scene: &Scene, solution: &Solution) -> Result<Vec<
                 SheetCell::Text(&light.map.name),
                 SheetCell::Number(light.table.c_deg(plane)),
                 SheetCell::Number(light.table.gamma_deg(step)),
-                SheetCell::Number(values.illuminance_lx[entry]),
-                SheetCell::Number(values.standard_error_lx[entry]),
-                SheetCell::Number(values.direct_lx[entry]),
-                SheetCell::Number(values.indirect_lx[entry]),
+                SheetCell::Number(values.value[entry]),
+                SheetCell::Number(values.standard_error[entry]),
+                SheetCell::Number(values.direct[entry]),
+                SheetCell::Number(values.indirect[entry]),
             ])?;
         }
         let stem = format!("intensity-{}", file_name_part(&light.map.name));

@@ -44,7 +44,7 @@ fn of_map<'a>(scene: &Scene, map: &'a MapResult, table: &'a IntensityTable) -> O
     let values = &map.values;
     let planes = (0..table.planes).chain(std::iter::once(0));
     let intensities_cd = planes.flat_map(|plane| (0..=table.steps).map(move |step| table.entry(plane, step)));
-    let intensities_cd: Vec<f64> = intensities_cd.map(|entry| values.illuminance_lx[entry].max(0.0)).collect();
+    let intensities_cd: Vec<f64> = intensities_cd.map(|entry| values.value[entry].max(0.0)).collect();
     let c_deg = (0..=table.planes).map(|plane| table.c_deg(plane)).collect();
     let gamma_deg = (0..=table.steps).map(|step| table.gamma_deg(step)).collect();
     let web = IntensityWeb::new(c_deg, gamma_deg, intensities_cd).ok()?;
@@ -52,7 +52,7 @@ fn of_map<'a>(scene: &Scene, map: &'a MapResult, table: &'a IntensityTable) -> O
     let flux_lm = web.luminous_flux_lm();
     let lamps_lm = scene.luminous_flux_lm();
     let most = table.places().enumerate().max_by(|(a, _), (b, _)| {
-        let cd = |entry: usize| values.illuminance_lx[entry];
+        let cd = |entry: usize| values.value[entry];
         // Of equal intensities, the first.
         cd(*a).total_cmp(&cd(*b)).then(b.cmp(a))
     });
@@ -66,9 +66,9 @@ fn of_map<'a>(scene: &Scene, map: &'a MapResult, table: &'a IntensityTable) -> O
         map,
         table,
         web,
-        luminous_flux_lm: known(flux_lm, 4.0 * PI * row.average_lx.standard_error),
+        luminous_flux_lm: known(flux_lm, 4.0 * PI * row.average.standard_error),
         light_output_ratio: if lamps_lm > 0.0 { flux_lm / lamps_lm } else { 0.0 },
-        maximum_cd: known(values.illuminance_lx[entry], values.standard_error_lx[entry]),
+        maximum_cd: known(values.value[entry], values.standard_error[entry]),
         maximum_at_deg: [table.c_deg(plane), table.gamma_deg(step)],
         lamps_lm,
         power_w: powers.map_or(0.0, |powers| powers.iter().sum()),

@@ -43,9 +43,9 @@ pub(super) fn luminance_picture(set: &ReceiverSet, map: &MapResult, note: &str) 
 
 fn head(picture: &mut Picture, set: &ReceiverSet, map: &MapResult, what: &str) {
     picture.words(Words::new(say!("Luminance: {}", set.name), [LEFT, 24.0], 17.0).bold());
-    let values = &map.values.illuminance_lx;
+    let values = &map.values.value;
     let brightest = values.iter().fold(0.0, |most: f64, value| most.max(*value));
-    let mean = map.tables.first().map_or(0.0, |row| row.average_lx.value);
+    let mean = map.tables.first().map_or(0.0, |row| row.average.value);
     let line = say!(
         "{}; mean {} cd/m², brightest {} cd/m²; stated error {}",
         what,
@@ -72,10 +72,10 @@ fn view_picture(
     let mut picture = Picture::new(page_width, page_height, say!("Luminance picture {}", set.name));
     let what = say!("{} × {} directions, {}° × {}°", columns, rows, tick(field_deg[0]), tick(field_deg[1]));
     head(&mut picture, set, map, &what);
-    let scale = log_scale(&map.values.illuminance_lx);
+    let scale = log_scale(&map.values.value);
     let mut by_ink: BTreeMap<usize, Vec<Vec<[f64; 2]>>> = BTreeMap::new();
     let (cell_width, cell_height) = (width / f64::from(columns), height / f64::from(rows));
-    for (index, value) in map.values.illuminance_lx.iter().enumerate() {
+    for (index, value) in map.values.value.iter().enumerate() {
         let (column, row) = (index as u32 % columns, index as u32 / columns);
         let (x, y) = (LEFT + f64::from(column) * cell_width, TOP + f64::from(row) * cell_height);
         let ring = vec![[x, y], [x + cell_width, y], [x + cell_width, y + cell_height], [x, y + cell_height]];
@@ -134,7 +134,7 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
     const HEIGHT: f64 = 380.0;
     let mut picture = Picture::new(LEFT + 50.0 + WIDTH + 30.0, TOP + HEIGHT + 84.0, say!("Luminance fan {}", set.name));
     head(&mut picture, set, map, &say!("{} directions", set.points.len()));
-    let (values, errors) = (&map.values.illuminance_lx, &map.values.standard_error_lx);
+    let (values, errors) = (&map.values.value, &map.values.standard_error);
     let (low, high) = values
         .iter()
         .filter(|value| **value > 0.0)

@@ -206,7 +206,7 @@ pub(super) fn draw_cells(
     // Cells of one ink make one path.
     let mut by_ink: BTreeMap<Ink, Vec<Vec<PagePoint>>> = BTreeMap::new();
     let mut solid = Vec::new();
-    let spots = map.cells.iter().map(|cell| (layout.ring(&cell.ring), cell.illuminance_lx));
+    let spots = map.cells.iter().map(|cell| (layout.ring(&cell.ring), cell.value));
     for (ring, illuminance_lx) in if map.cells.len() > MOST_CELLS { coarse(spots, pool) } else { spots.collect() } {
         match illuminance_lx {
             Some(value) => by_ink.entry(ink(value)).or_default().push(ring),
@@ -402,11 +402,11 @@ fn along(spots: &[PagePoint], length: f64) -> PagePoint {
 
 /// Writes the values and returns the steps between the shown columns and rows.
 fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32; 2] {
-    let Some(most) = map.points.iter().max_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)) else {
+    let Some(most) = map.points.iter().max_by(|a, b| a.value.total_cmp(&b.value)) else {
         return [1, 1];
     };
-    let least = map.points.iter().min_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)).unwrap_or(most);
-    let text = |point: &FlatPoint| lux_alone(point.estimate_lx());
+    let least = map.points.iter().min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(most);
+    let text = |point: &FlatPoint| lux_alone(point.estimate());
     let width = map.points.iter().map(|point| text_width(&text(point), SMALL, false)).fold(0.0, f64::max);
 
     // The smallest steps over columns and rows at which no two texts touch, whichever way the grid is turned.
@@ -461,7 +461,7 @@ struct ColorScale {
 
 impl ColorScale {
     fn of(map: &FlatMap) -> ColorScale {
-        let mut values: Vec<f64> = map.cells.iter().filter_map(|cell| cell.illuminance_lx).collect();
+        let mut values: Vec<f64> = map.cells.iter().filter_map(|cell| cell.value).collect();
         values.sort_by(f64::total_cmp);
         let quantile = |share: f64| values.get((share * (values.len().max(1) - 1) as f64).round() as usize);
         let (Some(low), Some(median), Some(most)) = (quantile(0.0), quantile(0.5), quantile(1.0)) else {

@@ -63,7 +63,7 @@ pub(super) fn numbers_of(picture: &mut Picture, row: &TableRow) {
     };
     let numbers = format!(
         "Ē {}{GAP}Emin {}{GAP}Emax {}{GAP}U0 = {}{GAP}Ud = {}",
-        lux(row.average_lx),
+        lux(row.average),
         row.least().map_or_else(unknown, lux),
         row.greatest().map_or_else(unknown, lux),
         uniformity_with_error(row.u0(), plus_minus),

@@ -224,10 +224,10 @@ impl<'a> ElementRows<'a> {
             SheetCell::Number(normal.y),
             SheetCell::Number(normal.z),
             SheetCell::Number(elements.area_m2(scene, element)),
-            SheetCell::Number(map.values.illuminance_lx[index]),
-            SheetCell::Number(map.values.standard_error_lx[index]),
-            SheetCell::Number(map.values.direct_lx[index]),
-            SheetCell::Number(map.values.indirect_lx[index]),
+            SheetCell::Number(map.values.value[index]),
+            SheetCell::Number(map.values.standard_error[index]),
+            SheetCell::Number(map.values.direct[index]),
+            SheetCell::Number(map.values.indirect[index]),
             SheetCell::Number(exitance_lm_m2),
             SheetCell::Number(exitance_lm_m2 / PI),
         ];
@@ -282,8 +282,8 @@ impl OwnEmission {
         let surface = scene.triangle_surfaces[element.triangle as usize];
         let own_lm_m2 = self.exitance_lm_m2(surface, element.side);
         let bsdf = scene.materials[scene.surfaces[surface as usize].material as usize].bsdf;
-        let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
-        let here_lx = map.values.illuminance_lx[index as usize];
+        let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.value[other as usize]);
+        let here_lx = map.values.value[index as usize];
         [bsdf.diffuse_reflectance() * here_lx + bsdf.diffuse_transmittance() * behind_lx, own_lm_m2]
     }
 
@@ -298,7 +298,7 @@ impl OwnEmission {
 /// Illuminance from the even and the odd half; empty cells if a method has no halves.
 fn halves(map: &MapResult, index: usize) -> [SheetCell<'static>; 2] {
     map.values
-        .halves_lx
+        .halves
         .get(index)
         .map_or([SheetCell::Text(""), SheetCell::Text("")], |halves_lx| halves_lx.map(SheetCell::Number))
 }
@@ -315,11 +315,11 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
         let set = &scene.receivers[*set];
         for (index, point) in set.points.iter().enumerate() {
             let mut fields = Vec::from(point_fields(map, set, index));
-            fields.extend([map.values.direct_lx[index], map.values.indirect_lx[index]].map(SheetCell::Number));
+            fields.extend([map.values.direct[index], map.values.indirect[index]].map(SheetCell::Number));
             fields.push(SheetCell::Flag(point.inside));
             fields.extend(halves(map, index));
             if let Some(outside_lx) = outside_lx {
-                let both_lx = [map.values.illuminance_lx[index], map.values.standard_error_lx[index]];
+                let both_lx = [map.values.value[index], map.values.standard_error[index]];
                 fields.extend(both_lx.map(|lx| SheetCell::Number(100.0 * lx / outside_lx)));
                 fields.extend(component_fields(&map.values, index, outside_lx));
             }
@@ -345,17 +345,17 @@ fn table_file<'a>(
             SheetCell::Text(&row.name),
             SheetCell::Text(row.kind.name()),
             SheetCell::Text(row.side),
-            SheetCell::Number(row.average_lx.value),
-            SheetCell::Number(row.average_lx.standard_error),
-            SheetCell::Number(row.minimum_lx.value),
-            SheetCell::Number(row.minimum_lx.standard_error),
-            SheetCell::Number(row.maximum_lx.value),
+            SheetCell::Number(row.average.value),
+            SheetCell::Number(row.average.standard_error),
+            SheetCell::Number(row.minimum.value),
+            SheetCell::Number(row.minimum.standard_error),
+            SheetCell::Number(row.maximum.value),
             SheetCell::Number(row.uniformity_u0.value),
             SheetCell::Number(row.uniformity_u0.standard_error),
             SheetCell::Number(row.uniformity_ud.value),
             SheetCell::Number(row.area_m2),
             SheetCell::Number(row.estimated_error),
-            SheetCell::Number(row.maximum_lx.standard_error),
+            SheetCell::Number(row.maximum.standard_error),
             SheetCell::Number(row.uniformity_ud.standard_error),
             SheetCell::Count(row.places as u64),
             SheetCell::Number(row.covered_area_m2),

@@ -20,8 +20,7 @@ pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usi
     let point = &set.points[index];
     let [[x, y, z], [dx, dy, dz]] =
         [point.position_m, point.normal].map(|vector| vector.to_array().map(SheetCell::Number));
-    let [value, error] =
-        [&map.values.illuminance_lx, &map.values.standard_error_lx].map(|all| SheetCell::Number(all[index]));
+    let [value, error] = [&map.values.value, &map.values.standard_error].map(|all| SheetCell::Number(all[index]));
     let number = SheetCell::Count(set.index_of(index) as u64);
     [SheetCell::Text(&map.name), number, x, y, z, dx, dy, dz, value, error]
 }

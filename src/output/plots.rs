@@ -161,7 +161,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
         });
     }
     // A map below its own error, or nearly so, makes no useful picture.
-    let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
+    let is_shown = |flat: &FlatMap| flat.row.average.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
     let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
     let unbound =
         if is_bound || solution.target_error.is_none() { "" } else { say!("The target does not apply to this map. ") };

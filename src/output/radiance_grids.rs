@@ -29,7 +29,7 @@ pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) 
             numbers.join(" ") + "\n"
         };
         files.push(lines(format!("{stem}.pts"), move || points.iter().map(place)));
-        let values = &map.values.illuminance_lx;
+        let values = &map.values.value;
         files.push(lines(format!("{stem}.res"), move || values.iter().map(|lx| shortest(*lx) + "\n")));
         list.push(json!({ "name": map.name, "identifier": stem, "count": points.len(), "group": "", "full_id": stem }));
     }

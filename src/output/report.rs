@@ -264,8 +264,8 @@ impl Report<'_> {
             }
             for row in of_surface {
                 let mut cells = facts(row.side);
-                cells.push(lux_markup(row.average_lx, with_error));
-                let stated = if row.average_lx.is_known() { percent(row.estimated_error) } else { UNKNOWN.to_owned() };
+                cells.push(lux_markup(row.average, with_error));
+                let stated = if row.average.is_known() { percent(row.estimated_error) } else { UNKNOWN.to_owned() };
                 cells.extend([
                     extreme_markup(row.least(), alone),
                     extreme_markup(row.greatest(), alone),
@@ -335,11 +335,11 @@ fn alone(number: &str, _: &str) -> String {
 }
 
 fn result_cells(row: &TableRow, name: String) -> Vec<String> {
-    let has_light = row.average_lx.is_known();
+    let has_light = row.average.is_known();
     let where_lit = |number: String| if has_light { number } else { UNKNOWN.to_owned() };
     vec![
         name,
-        lux_markup(row.average_lx, with_error),
+        lux_markup(row.average, with_error),
         extreme_markup(row.least(), with_error),
         extreme_markup(row.greatest(), with_error),
         uniformity_with_error(row.u0(), with_error),

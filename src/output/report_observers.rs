@@ -39,9 +39,9 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
         for row in rows() {
             table.row(vec![
                 escaped(&row.name),
-                with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)),
-                lux(row.minimum_lx.value),
-                lux(row.maximum_lx.value),
+                with_error(&lux(row.average.value), &uncertainty(row.average.standard_error)),
+                lux(row.minimum.value),
+                lux(row.maximum.value),
                 percent(row.estimated_error),
             ]);
         }

@@ -102,7 +102,7 @@ fn for_each_slab(sums: &[MapSums], mut take: impl FnMut(&[u8]) -> std::io::Resul
 }
 
 fn slabs_of(sums: &MapSums) -> impl Iterator<Item = &Vec<f64>> {
-    sums.direct_lx.iter().chain(&sums.indirect).chain([&sums.cells_profile])
+    sums.direct.iter().chain(&sums.indirect).chain([&sums.cells_profile])
 }
 
 /// Reads the header of the share in a directory.
@@ -159,7 +159,7 @@ impl ShareFile {
             let mut slabs = || (0..REPLICAS).map(|_| slab(map.entries)).collect::<Result<Vec<_>, _>>();
             let (direct, indirect) = (slabs()?, slabs()?);
             let cells_profile = if map.cells_error.is_some() { slab(map.entries)? } else { Vec::new() };
-            all.push(MapSums { direct_lx: direct, indirect, cells_profile });
+            all.push(MapSums { direct, indirect, cells_profile });
         }
         if hexadecimal(digest) != self.header.sums_sha256 {
             return Err(SHARES.damaged(&self.path, "sums that do not match the digest in the header"));

@@ -218,10 +218,10 @@ fn luminance_entry(map: &MapResult) -> Value {
     let row = map.tables.iter().find(|row| row.kind == TableKind::Luminance);
     row.map_or(Value::Null, |row| {
         json!({
-            "average_cd_m2": row.average_lx.value,
-            "average_standard_error_cd_m2": row.average_lx.standard_error,
-            "minimum_cd_m2": row.minimum_lx.value,
-            "maximum_cd_m2": row.maximum_lx.value,
+            "average_cd_m2": row.average.value,
+            "average_standard_error_cd_m2": row.average.standard_error,
+            "minimum_cd_m2": row.minimum.value,
+            "maximum_cd_m2": row.maximum.value,
         })
     })
 }
@@ -245,10 +245,9 @@ fn power_entry(scene: &Scene, solution: &Solution) -> Value {
     let is_known = power.known_w > 0.0 && floor_m2 > 0.0;
     let per_m2 = is_known.then(|| power.known_w / floor_m2);
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
-    let grids =
-        rows.filter(|row| row.kind == TableKind::Grid && row.average_lx.is_known() && row.average_lx.value > 0.0);
+    let grids = rows.filter(|row| row.kind == TableKind::Grid && row.average.is_known() && row.average.value > 0.0);
     let per_100_lx = grids.map(|row| {
-        let per_100_lx = per_m2.map(|per_m2| per_m2 * 100.0 / row.average_lx.value);
+        let per_100_lx = per_m2.map(|per_m2| per_m2 * 100.0 / row.average.value);
         json!({ "receiver": row.name, "w_m2_per_100_lx": per_100_lx })
     });
     json!({

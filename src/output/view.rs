@@ -325,7 +325,7 @@ fn element_reading(map: &MapResult, index: usize, turned: [usize; 3]) -> Option<
 
 fn point_reading(map: &MapResult, index: usize) -> TriangleReading {
     let values = &map.values;
-    let mean_lx = [&values.illuminance_lx, &values.direct_lx, &values.indirect_lx, &values.standard_error_lx];
+    let mean_lx = [&values.value, &values.direct, &values.indirect, &values.standard_error];
     let mean_lx = mean_lx.map(|numbers| numbers[index]);
     TriangleReading { mean_lx, at_corners_lx: [mean_lx[0]; 3] }
 }

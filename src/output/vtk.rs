@@ -54,20 +54,20 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     file.line(2, &format!("<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{count}\">", 3 * count));
     file.line(3, "<CellData Scalars=\"illuminance_lx\">");
     let values = &map.values;
-    file.numbers("illuminance_lx", values.illuminance_lx.iter().copied());
-    file.numbers("standard_error_lx", values.standard_error_lx.iter().copied());
-    if !values.halves_lx.is_empty() {
-        let half = |parity: usize| values.halves_lx.iter().map(move |halves_lx| halves_lx[parity]);
+    file.numbers("illuminance_lx", values.value.iter().copied());
+    file.numbers("standard_error_lx", values.standard_error.iter().copied());
+    if !values.halves.is_empty() {
+        let half = |parity: usize| values.halves.iter().map(move |halves_lx| halves_lx[parity]);
         let difference = |(halves_lx, mean_lx): (&[f64; 2], &f64)| match *mean_lx > 0.0 {
             true => (halves_lx[1] - halves_lx[0]) / mean_lx,
             false => 0.0,
         };
         file.numbers("even_lx", half(0));
         file.numbers("odd_lx", half(1));
-        file.numbers("odd_minus_even_over_mean", values.halves_lx.iter().zip(&values.illuminance_lx).map(difference));
+        file.numbers("odd_minus_even_over_mean", values.halves.iter().zip(&values.value).map(difference));
     }
-    file.numbers("direct_lx", values.direct_lx.iter().copied());
-    file.numbers("indirect_lx", values.indirect_lx.iter().copied());
+    file.numbers("direct_lx", values.direct.iter().copied());
+    file.numbers("indirect_lx", values.indirect.iter().copied());
     let exitances = || exitances_lm_m2.iter().map(|[diffuse_lm_m2, emitted_lm_m2]| diffuse_lm_m2 + emitted_lm_m2);
     file.numbers("exitance_lm_m2", exitances());
     file.numbers("luminance_cd_m2", exitances().map(|exitance| exitance / PI));

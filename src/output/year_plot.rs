@@ -13,7 +13,7 @@ use super::raster::png;
 use super::texts::say;
 use super::{ResultFile, file_name_part};
 use crate::maps::{Estimate, MapError, MapKind, MapResult, MapValues, TableKind, TableRow};
-use crate::scene::{Scene, Weather};
+use crate::scene::{Quantity, Scene, Weather};
 use crate::year::{MEASURES, SetYear, YearMeasure, YearPoint, YearSolution};
 
 /// Space for the legend at the right.
@@ -163,7 +163,7 @@ fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: Y
     Some(percent_picture(&flat, &words))
 }
 
-/// A measure of a set's points, in %, as a map for drawing.
+/// A measure of a set's points as a map for drawing. All its numbers are in %.
 fn map_of(set: &SetYear, place: usize, times: f64) -> MapResult {
     let of = |point: &YearPoint| point.measures[place];
     let percents = set.points.iter().map(|point| times * of(point).value).collect();
@@ -175,25 +175,26 @@ fn map_of(set: &SetYear, place: usize, times: f64) -> MapResult {
         name: set.name.clone(),
         kind: TableKind::Grid,
         side: "front",
-        average_lx: average,
-        minimum_lx: Estimate::default(),
-        maximum_lx: Estimate::default(),
+        average,
+        minimum: Estimate::default(),
+        maximum: Estimate::default(),
         uniformity_u0: Estimate::default(),
         uniformity_ud: Estimate::default(),
-        pulled_lx: [0.0; 2],
+        pulled: [0.0; 2],
         places: 0,
         area_m2: 0.0,
         covered_area_m2: 0.0,
         estimated_error: relative,
-        replica_averages_lx: Vec::new(),
+        replica_averages: Vec::new(),
     };
     MapResult {
         name: set.name.clone(),
         kind: MapKind::Receivers(set.set),
+        quantity: Quantity::Perpendicular,
         method: String::new(),
         method_reason: String::new(),
         chains: 0,
-        values: MapValues { illuminance_lx: percents, standard_error_lx: errors, ..MapValues::default() },
+        values: MapValues { value: percents, standard_error: errors, ..MapValues::default() },
         error: MapError { estimated: relative, ..MapError::default() },
         bound: false,
         target_met: None,

@@ -40,7 +40,7 @@ const ALONG_AXIS: f64 = 1e-12;
 /// let scene = scene_from_json(scene, None, std::path::Path::new(".")).unwrap();
 /// let radiosity = Radiosity::new(&scene).unwrap();
 /// let map = radiosity.map(luxmc::maps::MapKind::Elements);
-/// let (value, error) = (map.values.illuminance_lx[0], map.values.standard_error_lx[0]);
+/// let (value, error) = (map.values.value[0], map.values.standard_error[0]);
 /// assert!((value - 625.0 / 3.0).abs() < error && error < 2.0);
 /// ```
 pub struct Radiosity<'a> {
@@ -130,7 +130,7 @@ impl<'a> Radiosity<'a> {
         [0, 1, 2].map(|level| &self.meshes[first + level])
     }
 
-    /// Computes a map from the meshes so far. The `standard_error_lx` of each value is its estimated error.
+    /// Computes a map from the meshes so far. The `standard_error` of each value is its estimated error.
     pub fn map(&self, kind: MapKind) -> MapResult {
         match kind {
             MapKind::Elements => self.element_map(),
@@ -155,7 +155,7 @@ impl<'a> Radiosity<'a> {
                 let area_m2 = weights[range.clone()].iter().sum();
                 let part = StatedValues::of(&values, &weights, range.clone());
                 let entries: Vec<usize> = range.collect();
-                let halves_lx = |entry: usize| [values.illuminance_lx[entry]; 2];
+                let halves_lx = |entry: usize| [values.value[entry]; 2];
                 let slopes = |grid: &EvaluationGrid| grid_slopes(scene, &elements, &entries, grid, |_| true, halves_lx);
                 let grid = evaluation_grid(scene, &elements, surface, Side::Front, |_| (1.0, 1.0), ElementSizes::Fine);
                 let places = grid_places(&values, grid.as_ref(), slopes);
@@ -164,7 +164,7 @@ impl<'a> Radiosity<'a> {
             })
             .collect();
         let error = worst_case_error(&StatedValues::of(&values, &weights, 0..entries.len()));
-        result("elements", MapKind::Elements, values, error, tables)
+        result(self.scene, MapKind::Elements, values, error, tables)
     }
 
     /// Mean direct and indirect illuminance over an element, and the error of their sum, in lx.
@@ -218,7 +218,7 @@ impl<'a> Radiosity<'a> {
         let all = StatedValues::of(&values, &weights, 0..points.len());
         let (error, tables) =
             (worst_case_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all, &all.places())]);
-        result(&receivers.name, MapKind::Receivers(set), values, error, tables)
+        result(self.scene, MapKind::Receivers(set), values, error, tables)
     }
 
     fn point_lx(&self, point: &ReceiverPoint) -> (f64, f64, f64) {
@@ -245,8 +245,8 @@ impl<'a> Radiosity<'a> {
             let face = self.room.faces[place.triangle as usize];
             let reflectance = self.room.reflectance(face, face.place(corners.iter().sum::<DVec3>() / 3.0));
             let share_m2 = (1.0 - reflectance) * elements.area_m2(self.scene, place);
-            sum.absorbed_lm += share_m2 * elements_map.values.illuminance_lx[index as usize];
-            sum.estimated_error_lm += share_m2 * elements_map.values.standard_error_lx[index as usize];
+            sum.absorbed_lm += share_m2 * elements_map.values.value[index as usize];
+            sum.estimated_error_lm += share_m2 * elements_map.values.standard_error[index as usize];
         }
         sum
     }
@@ -254,26 +254,26 @@ impl<'a> Radiosity<'a> {
 
 fn values_of(entries: &[(f64, f64, f64)]) -> MapValues {
     MapValues {
-        illuminance_lx: entries.iter().map(|(direct, indirect, _)| direct + indirect).collect(),
-        standard_error_lx: entries.iter().map(|(_, _, error)| *error).collect(),
-        direct_lx: entries.iter().map(|(direct, _, _)| *direct).collect(),
-        indirect_lx: entries.iter().map(|(_, indirect, _)| *indirect).collect(),
+        value: entries.iter().map(|(direct, indirect, _)| direct + indirect).collect(),
+        standard_error: entries.iter().map(|(_, _, error)| *error).collect(),
+        direct: entries.iter().map(|(direct, _, _)| *direct).collect(),
+        indirect: entries.iter().map(|(_, indirect, _)| *indirect).collect(),
         ..MapValues::default()
     }
 }
 
 fn result(
-    name: &str,
+    scene: &Scene,
     kind: MapKind,
     values: MapValues,
     error: crate::maps::MapError,
     tables: Vec<crate::maps::TableRow>,
 ) -> MapResult {
-    let (name, method) = (name.to_owned(), "radiosity".to_owned());
     MapResult {
-        name,
+        name: kind.name(scene).to_owned(),
         kind,
-        method,
+        quantity: kind.quantity(scene),
+        method: "radiosity".to_owned(),
         method_reason: "requested".to_owned(),
         chains: 0,
         values,

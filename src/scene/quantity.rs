@@ -19,14 +19,13 @@ pub enum Quantity {
         /// Horizontal unit vector to which the curved face points.
         direction: DVec3,
     },
-    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. Maps and tables hold it in place of the
-    /// illuminance in lx.
+    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal.
     Luminance,
     /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background luminance. It has
     /// one point per observer. If the background is that of walls, the points lie on the walls and their mean holds for all observers.
     Glare(Background),
-    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. Maps and tables
-    /// hold it in place of the illuminance in lx. Its points have no position.
+    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. Its points have no
+    /// position.
     Intensity {
         /// Axis about which one plane stands for all planes: the result is the mean over all planes.
         turned_about: Option<DVec3>,
@@ -73,6 +72,15 @@ impl Quantity {
             Quantity::Luminance => "luminance",
             Quantity::Glare(_) => "ugr",
             Quantity::Intensity { .. } => "intensity",
+        }
+    }
+
+    /// Unit of its values in maps and tables.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Luminance => "cd/m²",
+            Quantity::Intensity { .. } => "cd",
+            _ => "lx",
         }
     }
 }

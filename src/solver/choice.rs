@@ -198,7 +198,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     if job.met || job.looks.refused {
         return;
     }
-    let error_lx = target * job.judgement.mean_lx;
+    let error_lx = target * job.judgement.mean;
     let walks = job.work_without_gathering(context, error_lx);
     if let Some(more) = job.work_left_to_gather(error_lx) {
         let at_best = more.min(walks);

@@ -101,7 +101,7 @@ impl CoarseElements {
         let children = children_of(&elements, fine);
         let mut coarse = CoarseElements {
             elements,
-            map: ReplicaMap::linear(0, Unit::Lux),
+            map: ReplicaMap::linear(0, Unit::Scores),
             weights_m2: weights,
             contact_free,
             sloped,
@@ -120,7 +120,7 @@ impl CoarseElements {
     /// Forgets what was gathered.
     pub fn restart(&mut self) {
         let sites = self.elements.len();
-        self.map = ReplicaMap::linear(sites, Unit::Lux);
+        self.map = ReplicaMap::linear(sites, Unit::Scores);
         self.shape.detail = IndirectDetail::new(sites);
     }
 

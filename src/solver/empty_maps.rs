@@ -52,7 +52,7 @@ pub fn receiver_map(context: &Context, set: usize) -> (ReplicaMap, Vec<f64>) {
     let unit = match receivers.is_far_field() {
         // Solid angles take the place of areas.
         true => Unit::Packets { luminous_flux_lm: context.world.emitters.luminous_flux_lm(), area_m2: weights.clone() },
-        false => Unit::Lux,
+        false => Unit::Scores,
     };
     (ReplicaMap::new(weights.len(), unit), weights)
 }

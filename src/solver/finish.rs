@@ -245,6 +245,7 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
     MapResult {
         name: job.name.clone(),
         kind: job.kind,
+        quantity: job.kind.quantity(context.scene),
         method: job.engine.name().to_owned(),
         method_reason: job.method_reason.clone(),
         chains: job.chains(),
@@ -268,10 +269,10 @@ fn tables(context: &Context, job: &Job, dark_upper_bound_lx: Option<f64>) -> Vec
     if let Some(bound_lx) = dark_upper_bound_lx {
         for row in &mut rows {
             let least_lx = 0.5 * bound_lx;
-            row.average_lx.standard_error = row.average_lx.standard_error.max(least_lx);
+            row.average.standard_error = row.average.standard_error.max(least_lx);
             if row.places > 0 {
-                row.minimum_lx.standard_error = row.minimum_lx.standard_error.max(least_lx);
-                row.maximum_lx.standard_error = row.maximum_lx.standard_error.max(least_lx);
+                row.minimum.standard_error = row.minimum.standard_error.max(least_lx);
+                row.maximum.standard_error = row.maximum.standard_error.max(least_lx);
             }
         }
     }
@@ -352,7 +353,7 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
             let ends = &ends[replica];
             let counted_lm = emitted_lm * (ends.balls + ends.panes) as f64 / ends.packets().max(1) as f64;
             let elements_lm: f64 = (0..job.map.len())
-                .map(|entry| absorptance[entry] * job.weights[entry] * job.map.illuminance_lx(replica, entry))
+                .map(|entry| absorptance[entry] * job.weights[entry] * job.map.value(replica, entry))
                 .sum();
             counted_lm + elements_lm
         })

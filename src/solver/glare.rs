@@ -100,7 +100,7 @@ fn rate_observer(
     let all_weights: f64 = job.weights[sites.clone()].iter().sum();
     let backgrounds: Vec<f64> = (0..REPLICAS)
         .map(|replica| {
-            let weighed = sites.clone().map(|site| job.weights[site] * job.map.illuminance_lx(replica, site));
+            let weighed = sites.clone().map(|site| job.weights[site] * job.map.value(replica, site));
             // If all sites are inside solids, the background is unknown.
             if all_weights > 0.0 { weighed.sum::<f64>() / all_weights / PI } else { 0.0 }
         })

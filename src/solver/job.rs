@@ -395,7 +395,7 @@ impl Job {
             let coarse = self.adapting.coarse.as_ref();
             self.adapting.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, coarse);
             let lost_lx2 = self.adapting.loss.mean_lx2.max(0.0) + self.adapting.loss.standard_error_lx2;
-            self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
+            self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean.max(f64::MIN_POSITIVE);
         }
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gather {
@@ -412,7 +412,7 @@ impl Job {
             return 1.0;
         }
         let area_m2: f64 = self.site_weights().iter().sum();
-        context.world.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
+        context.world.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean)
     }
 
     /// Whether the map is dark after enough chains that it no longer delays the end of the run.

@@ -328,7 +328,7 @@ mod tests {
         let context = context(&scene, &world, 3);
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded, 0.0);
         let done = |ranges: &[std::ops::Range<u64>]| {
-            let mut map = ReplicaMap::new(5, Unit::Lux);
+            let mut map = ReplicaMap::new(5, Unit::Scores);
             let rays: u64 = ranges
                 .iter()
                 .map(|range| plan.rounds(&context, 0, &mut map, range.clone()).expect("time enough"))

@@ -174,7 +174,7 @@ impl MergedMap {
         let mut job = Job::to_merge(context, first.kind, first.bound, engine, is_alike && first.counts_packets);
         let entries = job.map.len();
         let gathers = all.iter().any(|map| map.cells_error.is_some());
-        job.map.cells_error = gathers.then(|| CellsError { by_site_lx: vec![0.0; entries], ..CellsError::default() });
+        job.map.cells_error = gathers.then(|| CellsError { by_site: vec![0.0; entries], ..CellsError::default() });
         let cells = CellsOfShares {
             profile: vec![0.0; if gathers { entries } else { 0 }],
             weights: vec![0.0; if gathers { entries } else { 0 }],
@@ -216,7 +216,7 @@ impl MergedMap {
             .map(|entry| in_lx(entry) * indirect / share.indirect_samples.of(entry).max(1) as f64)
             .collect();
         let map = &mut self.job.map;
-        add_slabs(&mut map.direct_lx, &sums.direct_lx, &of_direct, places);
+        add_slabs(&mut map.direct, &sums.direct, &of_direct, places);
         add_slabs(&mut map.indirect, &sums.indirect, &of_indirect, places);
         if self.is_alike {
             // Deviations are compared with the samples of the whole.

@@ -47,7 +47,7 @@ pub fn direct_over_elements(
 ) -> u64 {
     map.fix_direct_levels(range.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
-    let replicas = map.direct_lx.par_iter_mut().with_max_len(1).enumerate();
+    let replicas = map.direct.par_iter_mut().with_max_len(1).enumerate();
     let done = replicas.map(|(replica, direct)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -94,7 +94,7 @@ pub fn direct_in_elements(
     let sites = map.len();
     let number = adaptive.stream_number();
     let (detail, references_lx, contact_free) = (&mut adaptive.detail, &adaptive.references_lx, &adaptive.contact_free);
-    let replicas = map.direct_lx.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
+    let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
         let mut scratch = DirectPass::default();
@@ -131,11 +131,11 @@ pub fn chains(
     let number = adaptive.as_deref().map_or(MapKind::Elements.number(), Adaptive::stream_number);
     let mut nothing = vec![Vec::new(); if adaptive.is_some() { 0 } else { REPLICAS }];
     let bends = adaptive.map_or(&mut nothing, |adaptive| &mut adaptive.detail.indirect);
-    let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit_lx else {
+    let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit else {
         return Vec::new();
     };
     let replicas = map
-        .direct_lx
+        .direct
         .par_iter_mut()
         .with_max_len(1)
         .zip(map.indirect.par_iter_mut())
@@ -285,7 +285,7 @@ pub fn direct_at_points(
         let points = receivers.points.len();
         made.into_iter().for_each(|(entry, control_variate)| control_variates.keep(entry, points, control_variate));
         for (offset, sums_lx) in sums.iter().enumerate() {
-            for (slab, sum_lx) in map.direct_lx.iter_mut().zip(sums_lx) {
+            for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;
             }
         }

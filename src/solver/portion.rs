@@ -73,7 +73,7 @@ pub struct MapOfShare {
     pub chains: u64,
     /// Rays traced for it.
     pub rays: u64,
-    /// Whether the sums of indirect light count packets; otherwise they are in lx.
+    /// Whether the sums of indirect light count packets; otherwise they are sums of scores.
     pub counts_packets: bool,
     /// Whether chains counted its direct light too, because time was short.
     pub counts_direct: bool,
@@ -92,9 +92,9 @@ pub struct MapOfShare {
 /// The sums of a share's map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapSums {
-    /// Sums of direct scores in lx, one slab per replica.
-    pub direct_lx: Vec<Vec<f64>>,
-    /// Sums of indirect scores (lx, or counts of packets), one slab per replica.
+    /// Sums of direct scores, in the unit of the map's quantity, one slab per replica.
+    pub direct: Vec<Vec<f64>>,
+    /// Sums of indirect scores (in the same unit, or counts of packets), one slab per replica.
     pub indirect: Vec<Vec<f64>>,
     /// Uncertainty of the cells at every element or point, relative to its root mean square; empty if nothing gathered.
     pub cells_profile: Vec<f64>,
@@ -104,7 +104,7 @@ impl MapSums {
     /// Whether all replicas are equal.
     pub(super) fn are_without_chance(&self) -> bool {
         let are_equal = |slabs: &[Vec<f64>]| slabs.windows(2).all(|pair| pair[0] == pair[1]);
-        are_equal(&self.direct_lx) && are_equal(&self.indirect)
+        are_equal(&self.direct) && are_equal(&self.indirect)
     }
 }
 
@@ -125,7 +125,7 @@ impl MapOfShare {
 /// What a finished job leaves for a merge.
 pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
     let map = &job.map;
-    let counts_packets = matches!(map.indirect_unit_lx, Unit::Packets { .. });
+    let counts_packets = matches!(map.indirect_unit, Unit::Packets { .. });
     let about = MapOfShare {
         name: job.name.clone(),
         kind: job.kind,
@@ -144,5 +144,5 @@ pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
         ends: job.ends,
     };
     let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
-    (about, MapSums { direct_lx: job.map.direct_lx, indirect: job.map.indirect, cells_profile })
+    (about, MapSums { direct: job.map.direct, indirect: job.map.indirect, cells_profile })
 }

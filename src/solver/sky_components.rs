@@ -111,13 +111,13 @@ fn walk_from(
 fn split(values: &MapValues, index: usize, point: &PointSums) -> [Estimate; SKY_WAYS] {
     let across = |place: usize| std::array::from_fn(|replica| point.found[replica][place]);
     let [from_sky, outside] = [share_of(&across(0), &across(1)), share_of(&across(2), &across(3))];
-    let all_error_lx = values.standard_error_lx[index];
+    let all_error_lx = values.standard_error[index];
     let direct = Estimate {
-        value: values.direct_lx[index],
-        standard_error: values.direct_standard_error_lx.get(index).copied().unwrap_or(all_error_lx),
+        value: values.direct[index],
+        standard_error: values.direct_standard_error.get(index).copied().unwrap_or(all_error_lx),
     };
     let reflected_error_lx = (all_error_lx.powi(2) - direct.standard_error.powi(2)).max(0.0).sqrt();
-    let reflected = Estimate { value: values.indirect_lx[index], standard_error: reflected_error_lx };
+    let reflected = Estimate { value: values.indirect[index], standard_error: reflected_error_lx };
     let rest = |share: Estimate| Estimate { value: 1.0 - share.value, ..share };
     let (ground, past) = (part(direct, rest(from_sky)), part(reflected, outside));
     let from_outside =
@@ -151,11 +151,11 @@ mod tests {
     #[test]
     fn components_add_up() {
         let values = MapValues {
-            illuminance_lx: vec![100.0],
-            standard_error_lx: vec![5.0],
-            direct_lx: vec![60.0],
-            indirect_lx: vec![40.0],
-            direct_standard_error_lx: vec![3.0],
+            value: vec![100.0],
+            standard_error: vec![5.0],
+            direct: vec![60.0],
+            indirect: vec![40.0],
+            direct_standard_error: vec![3.0],
             ..MapValues::default()
         };
         let mut point = PointSums::default();

@@ -35,7 +35,7 @@ const SAMPLED_AREAS: usize = 512;
 /// them if walks miss some paths. Elements that adapt are excluded: they are as large as the target allows, and their slopes must not be
 /// separated from their means.
 fn counted_areas<'a>(context: &Context, job: &'a Job) -> Option<(f64, &'a [f64])> {
-    let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else { return None };
+    let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit else { return None };
     let is_fixed = job.kind == MapKind::Elements && job.adapting.adaptive.is_none();
     (is_fixed && context.world.paths_not_found.is_empty()).then_some((*luminous_flux_lm, area_m2))
 }

@@ -40,7 +40,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         if job.adapting.adaptive.is_some() { Vec::new() } else { contact_free_of_given(context, job, &sides) };
     let contact_free_of = |entry: usize| contact_free.get(entry).copied().unwrap_or(1.0);
     let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), contact_free_of);
-    let row = |(of, average_left_lx): (SurfaceSide, Option<f64>)| {
+    let row = |(of, average_left): (SurfaceSide, Option<f64>)| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
         let mut slopes = Vec::new();
@@ -63,7 +63,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                 slopes: &slopes,
             },
             rare_scores,
-            average_left_lx,
+            average_left,
         };
         let mut row = table_row(&job.map, &subject);
         if job.adapting.adaptive.is_some() {
@@ -175,7 +175,7 @@ fn slopes_of_given(
         return Vec::new();
     }
     let half_lx = |entry: usize, first: usize| {
-        (0..HALF).map(|pair| job.map.illuminance_lx(2 * pair + first, entry)).sum::<f64>() / HALF as f64
+        (0..HALF).map(|pair| job.map.value(2 * pair + first, entry)).sum::<f64>() / HALF as f64
     };
     let halves_lx = |entry: usize| [0, 1].map(|first| half_lx(entry, first));
     grid_slopes(scene, &job.elements, entries, grid, |entry| contact_free[entry] == 1.0, halves_lx)
@@ -205,7 +205,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         covered_area_m2: 0.0,
         places: Places::Entries,
         rare_scores: job.map.rare_scores(),
-        average_left_lx: remaining_in_averages_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
+        average_left: remaining_in_averages_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
     };
     table_row(&job.map, &subject)
 }

@@ -112,7 +112,7 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         return Finding::Nothing("no point is counted");
     };
     let measure = requirement.measure;
-    if !measure.is_illuminance() && row.average_lx.value <= 0.0 {
+    if !measure.is_illuminance() && row.average.value <= 0.0 {
         return Finding::Nothing("no light was found");
     }
     // The value that each point would give if it were the least or the greatest.
@@ -129,15 +129,15 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         standard_error: (estimate.standard_error.powi(2) - pulled.powi(2)).max(0.0).sqrt(),
         ..estimate
     };
-    let [least_lx, most_lx] = row.pulled_lx;
-    let (mean_lx, greatest_lx) = (row.average_lx.value, row.maximum_lx.value);
+    let [least_lx, most_lx] = row.pulled;
+    let (mean_lx, greatest_lx) = (row.average.value, row.maximum.value);
     let (estimate, places) = match measure {
         // Direct light has tables of its own: see `of_direct_light`.
         Measure::AverageLx | Measure::Ugr | Measure::DirectMinimumLx | Measure::DirectUniformityUd => {
-            (row.average_lx, Vec::new())
+            (row.average, Vec::new())
         }
-        Measure::MinimumLx => (alone(row.minimum_lx, least_lx), places(1.0)),
-        Measure::MaximumLx => (alone(row.maximum_lx, most_lx), places(1.0)),
+        Measure::MinimumLx => (alone(row.minimum, least_lx), places(1.0)),
+        Measure::MaximumLx => (alone(row.maximum, most_lx), places(1.0)),
         Measure::UniformityU0 => (alone(row.uniformity_u0, least_lx / mean_lx), places(mean_lx)),
         Measure::UniformityUd => {
             let pulled = least_lx.hypot(row.uniformity_ud.value * most_lx) / greatest_lx;
@@ -145,7 +145,7 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         }
     };
     // Without replicas the stated error is all bias, and the row contains it.
-    let bias = if row.replica_averages_lx.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };
+    let bias = if row.replica_averages.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };
     let greatest = if measure.is_illuminance() { f64::INFINITY } else { 1.0 };
     found(map, requirement, estimate, bias, &places, [0.0, greatest])
 }
@@ -155,7 +155,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// The least direct light, or its ratio to the greatest: light that has met nothing on its way, times the share of the flux that counts.
 fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
-    let (values, errors_lx) = (&map.values.direct_lx, &map.values.direct_standard_error_lx);
+    let (values, errors_lx) = (&map.values.direct, &map.values.direct_standard_error);
     if errors_lx.len() != values.len() {
         return Finding::Nothing("this method gives no error of direct light");
     }

@@ -76,7 +76,7 @@ pub fn parts_of(run: &CaseRun, method: Option<&RunMethod>, exact: &[ExactSide]) 
 /// assumed to be equally large everywhere, in lx.
 fn needed_error(what: What, criterion: &Criterion, exact: &[ComparedEntry]) -> Option<f64> {
     // In a map that must be completely dark, no accuracy target can make a wrong value right.
-    if exact.iter().all(|entry| entry.exact.value_lx <= 0.0) {
+    if exact.iter().all(|entry| entry.exact.value <= 0.0) {
         return None;
     }
     let of_rms = criterion.true_error.map(|most| SHARE_OF_RMS * most.0);
@@ -85,8 +85,8 @@ fn needed_error(what: What, criterion: &Criterion, exact: &[ComparedEntry]) -> O
         // Every value is judged relative to itself, and one of many values deviates far.
         What::Points | What::Elements => {
             let weight: f64 = exact.iter().map(|entry| entry.weight).sum();
-            let mean_lx = exact.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
-            let sizes = exact.iter().map(|entry| entry.exact.value_lx / mean_lx).filter(|size| *size > 0.0);
+            let mean_lx = exact.iter().map(|entry| entry.weight * entry.exact.value).sum::<f64>() / weight;
+            let sizes = exact.iter().map(|entry| entry.exact.value / mean_lx).filter(|size| *size > 0.0);
             let strays = -Normal::standard().inverse_cdf(ONE_IN_A_HUNDRED / (2 * exact.len().max(1)) as f64);
             most.0 * sizes.fold(1.0, f64::min) / strays
         }
@@ -103,7 +103,7 @@ mod tests {
     fn entries(values_lx: &[f64]) -> Vec<ComparedEntry> {
         let entry = |value_lx: &f64| ComparedEntry {
             weight: 1.0,
-            exact: Exact { value_lx: *value_lx, ..Exact::default() },
+            exact: Exact { value: *value_lx, ..Exact::default() },
             ..ComparedEntry::default()
         };
         values_lx.iter().map(entry).collect()

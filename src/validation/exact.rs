@@ -55,17 +55,17 @@ pub enum TruthSite<'a> {
     },
 }
 
-/// An exact value and its differences from the scene that is solved, all in lx.
+/// An exact value and its differences from the scene that is solved, all in the unit of the map's quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exact {
     /// The value.
-    pub value_lx: f64,
+    pub value: f64,
     /// Uncertainty of the value itself.
-    pub uncertainty_lx: f64,
+    pub uncertainty: f64,
     /// Change by the discretisation: mesh against ideal shape, or element mean against the value at its centre.
-    pub discretisation_lx: f64,
+    pub discretisation: f64,
     /// The part of the discretisation that the value does not account for.
-    pub unaccounted_lx: f64,
+    pub unaccounted: f64,
     /// Upper estimate of the light that the finite model lacks.
-    pub truncation_lx: f64,
+    pub truncation: f64,
 }

@@ -34,7 +34,7 @@ impl<'a> ExactSide<'a> {
         };
         let mut entries = made(comparison).map_err(|what| refused(case, run, comparison, what))?;
         let sum_lx =
-            |entries: &[ComparedEntry]| entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>();
+            |entries: &[ComparedEntry]| entries.iter().map(|entry| entry.weight * entry.exact.value).sum::<f64>();
         let share_of_all = match comparison.light {
             LightPart::Total => 1.0,
             // If the truth has only one part of the light, that part counts as all light.
@@ -49,7 +49,7 @@ impl<'a> ExactSide<'a> {
         let exact = EntrySet {
             entries,
             truth_in_words: truth.in_words(),
-            truth_average_error_lx: truth.average_error_lx(),
+            truth_average_error: truth.average_error_lx(),
             ..EntrySet::default()
         };
         Ok(ExactSide { case, run, comparison, exact, share_of_all })
@@ -90,7 +90,7 @@ fn refused(case: &Case, run: &CaseRun, comparison: &Comparison, got: String) -> 
 }
 
 fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: String) -> Result<ComparedEntry, String> {
-    let beside_lx = match &comparison.beside {
+    let beside = match &comparison.beside {
         Some(PublishedNumbers { column: Some(column), .. }) => truth.beside(column, site)?,
         Some(beside) => beside.value_lx,
         None => None,
@@ -98,7 +98,7 @@ fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: Str
     Ok(ComparedEntry {
         label,
         exact: truth.exact(site, comparison.light)?,
-        beside_lx,
+        beside,
         weight: 1.0,
         ..ComparedEntry::default()
     })

@@ -273,7 +273,7 @@ impl Ascent<'_> {
             let set = exact.beside(&solution)?;
             let statistics = set.statistics();
             truth_error = statistics.truth;
-            let is_random = set.truth_average_error_lx.is_some();
+            let is_random = set.truth_average_error.is_some();
             truth_variance = if is_random { truth_error * truth_error } else { 0.0 };
             let seconds = solution.build_s + solution.compute_s;
             rung.runs += 1;

@@ -109,19 +109,19 @@ pub(super) fn fill_in_measured(
             _ => average(&run.scene, comparison, map, solution)?,
         };
         for entry in &mut set.entries {
-            (entry.measured_lx, entry.standard_error_lx) = (value_lx, error_lx);
+            (entry.measured, entry.standard_error) = (value_lx, error_lx);
         }
         set.independent = 1.0;
         return Ok(());
     }
     for entry in &mut set.entries {
-        (entry.measured_lx, entry.standard_error_lx) = measured(map, entry.index, comparison.light);
+        (entry.measured, entry.standard_error) = measured(map, entry.index, comparison.light);
     }
     let rows = map.tables.iter().filter(|row| match map.kind {
         MapKind::Elements => comparison.takes_in(&row.name, geometry_of(&run.scene, &row.name)),
         MapKind::Receivers(_) => true,
     });
-    set.average_error_lx = Some(mean_error_lx(&rows.collect::<Vec<_>>()));
+    set.average_error = Some(mean_error_lx(&rows.collect::<Vec<_>>()));
 
     // Walks shared by neighbours and chains that serve many points correlate the points' errors.
     set.independent = map.error.degrees_of_freedom.min(set.entries.len() as f64);
@@ -132,14 +132,14 @@ pub(super) fn fill_in_measured(
 /// correlated and must not be added in squares. Errors without replicas are biases, which may all have the same sign.
 fn mean_error_lx(rows: &[&TableRow]) -> f64 {
     if let [row] = rows {
-        return row.average_lx.standard_error;
+        return row.average.standard_error;
     }
     let area_m2: f64 = rows.iter().map(|row| row.area_m2).sum();
     let mean = |of: &dyn Fn(&TableRow) -> f64| rows.iter().map(|row| row.area_m2 * of(row)).sum::<f64>() / area_m2;
-    if rows.iter().any(|row| row.replica_averages_lx.len() != REPLICAS) {
-        return mean(&|row| row.average_lx.standard_error);
+    if rows.iter().any(|row| row.replica_averages.len() != REPLICAS) {
+        return mean(&|row| row.average.standard_error);
     }
-    standard_error(|replica| mean(&|row| row.replica_averages_lx[replica]))
+    standard_error(|replica| mean(&|row| row.replica_averages[replica]))
 }
 
 fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, String> {
@@ -150,12 +150,12 @@ fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, St
 /// separately has no error of its own if something is reflected, and counts as exact.
 fn measured(map: &MapResult, index: usize, light: LightPart) -> (f64, f64) {
     let values = &map.values;
-    let error_lx = values.standard_error_lx[index];
+    let error_lx = values.standard_error[index];
     match light {
-        LightPart::Total => (values.illuminance_lx[index], error_lx),
-        LightPart::Indirect => (values.indirect_lx[index], error_lx),
-        LightPart::Direct if values.indirect_lx[index] == 0.0 => (values.direct_lx[index], error_lx),
-        LightPart::Direct => (values.direct_lx[index], 0.0),
+        LightPart::Total => (values.value[index], error_lx),
+        LightPart::Indirect => (values.indirect[index], error_lx),
+        LightPart::Direct if values.indirect[index] == 0.0 => (values.direct[index], error_lx),
+        LightPart::Direct => (values.direct[index], 0.0),
     }
 }
 
@@ -177,11 +177,11 @@ fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &S
         (Some(name), false) => {
             let row = map.tables.iter().find(|row| row.name == *name && row.side == "front");
             let row = row.ok_or_else(|| format!("the table has no row \"{name}\": name one part of a geometry"))?;
-            (row.average_lx.value, row.average_lx.standard_error)
+            (row.average.value, row.average.standard_error)
         }
         (None, true) => {
             let row = map.tables.first().ok_or("the receiver set has no table")?;
-            (row.average_lx.value, row.average_lx.standard_error)
+            (row.average.value, row.average.standard_error)
         }
         (None, false) => enclosure_average(scene, solution)?,
         (Some(_), true) => return Err("a receiver set has no surfaces".to_owned()),
@@ -218,8 +218,8 @@ fn black_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), Strin
     let (mut flux_lm, mut square, mut area_m2) = (0.0, 0.0, 0.0);
     for index in 0..elements.len() {
         let own_m2 = elements.area_m2(scene, elements.element(index as u32));
-        flux_lm += own_m2 * map.values.illuminance_lx[index];
-        square += (own_m2 * map.values.standard_error_lx[index]).powi(2);
+        flux_lm += own_m2 * map.values.value[index];
+        square += (own_m2 * map.values.standard_error[index]).powi(2);
         area_m2 += own_m2;
     }
     Ok((flux_lm / area_m2, square.sqrt() / area_m2))
@@ -238,13 +238,13 @@ fn direct_average(scene: &Scene, comparison: &Comparison, map: &MapResult) -> f6
                 let element = elements.element(index as u32);
                 let surface = scene.surface_of(element.triangle);
                 if comparison.takes_in(&surface.name, &surface.geometry) {
-                    add(elements.area_m2(scene, element), map.values.direct_lx[index]);
+                    add(elements.area_m2(scene, element), map.values.direct[index]);
                 }
             }
         }
         MapKind::Receivers(set) => {
             for (index, point) in scene.receivers[set].points.iter().enumerate().filter(|(_, point)| !point.inside) {
-                add(point.weight, map.values.direct_lx[index]);
+                add(point.weight, map.values.direct[index]);
             }
         }
     }
@@ -273,20 +273,20 @@ mod tests {
             name: String::new(),
             kind: TableKind::Surface,
             side: "front",
-            average_lx: Estimate {
+            average: Estimate {
                 value: averages.iter().sum::<f64>() / REPLICAS as f64,
                 standard_error: standard_error(|replica| averages[replica]),
             },
-            minimum_lx: Estimate::default(),
-            maximum_lx: Estimate::default(),
+            minimum: Estimate::default(),
+            maximum: Estimate::default(),
             uniformity_u0: Estimate::default(),
             uniformity_ud: Estimate::default(),
-            pulled_lx: [0.0; 2],
+            pulled: [0.0; 2],
             places: 1,
             covered_area_m2: 0.0,
             area_m2: 1.0,
             estimated_error: 0.0,
-            replica_averages_lx: averages,
+            replica_averages: averages,
         })
     }
 
@@ -301,7 +301,7 @@ mod tests {
         for seed in 0..seeds {
             let rows = rows(seed as u64, shared, sigma);
             honest += mean_error_lx(&[&rows[0], &rows[1]]).powi(2) / f64::from(seeds);
-            let square: f64 = rows.iter().map(|row| row.average_lx.standard_error.powi(2)).sum();
+            let square: f64 = rows.iter().map(|row| row.average.standard_error.powi(2)).sum();
             in_squares += square / 4.0 / f64::from(seeds);
         }
         assert!((honest - truth).abs() < tolerance, "{honest} {truth} ± {tolerance}");
@@ -314,8 +314,8 @@ mod tests {
     fn errors_without_replicas_add_up() {
         let mut pair = rows(0, 0.0, 0.01);
         for row in &mut pair {
-            row.replica_averages_lx.clear();
-            row.average_lx.standard_error = 0.02;
+            row.replica_averages.clear();
+            row.average.standard_error = 0.02;
         }
         assert!((mean_error_lx(&[&pair[0], &pair[1]]) - 0.02).abs() < 1e-15);
     }

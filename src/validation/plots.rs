@@ -113,7 +113,7 @@ pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
             (Sign::Line(EXACT), "exact".to_owned()),
         ];
         if let Some(beside) = &outcome.comparison.beside
-            && outcome.set.entries.iter().any(|entry| entry.beside_lx.is_some())
+            && outcome.set.entries.iter().any(|entry| entry.beside.is_some())
         {
             signs.push((Sign::Cross(BESIDE), beside.name.clone()));
         }
@@ -169,8 +169,8 @@ fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
 fn values(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
-    let (low, high) = span(entries.iter().flat_map(|entry| [entry.measured_lx, entry.exact.value_lx]));
-    let positive = span(entries.iter().map(|entry| entry.exact.value_lx).filter(|value| *value > 0.0)).0;
+    let (low, high) = span(entries.iter().flat_map(|entry| [entry.measured, entry.exact.value]));
+    let positive = span(entries.iter().map(|entry| entry.exact.value).filter(|value| *value > 0.0)).0;
     let logarithmic = low > 0.0 && high / positive > LOGARITHMIC_FROM;
     let mut builder = ChartBuilder::on(area);
     builder.margin(8).margin_right(18).x_label_area_size(8).y_label_area_size(72);
@@ -216,7 +216,7 @@ where
     Y: Ranged<ValueType = f64>,
 {
     let at = |index: usize| places.at[index];
-    let exact = || entries.iter().enumerate().map(|(index, entry)| (at(index), entry.exact.value_lx));
+    let exact = || entries.iter().enumerate().map(|(index, entry)| (at(index), entry.exact.value));
     if outcome.comparison.axis.is_some() {
         let mut line: Vec<(f64, f64)> = exact().collect();
         line.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -226,18 +226,15 @@ where
         exact().map(|place| EmptyElement::at(place) + Rectangle::new([(-9, -1), (9, 1)], EXACT.filled())),
     )?;
     if outcome.comparison.beside.is_some() {
-        let published = entries.iter().enumerate().filter_map(|(index, entry)| Some((at(index), entry.beside_lx?)));
+        let published = entries.iter().enumerate().filter_map(|(index, entry)| Some((at(index), entry.beside?)));
         chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;
     }
     chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
-        let (value, error) = (entry.measured_lx, 2.0 * entry.standard_error_lx);
+        let (value, error) = (entry.measured, 2.0 * entry.standard_error);
         PathElement::new(vec![(at(index), value - error), (at(index), value + error)], MEASURED.stroke_width(2))
     }))?;
     chart.draw_series(
-        entries
-            .iter()
-            .enumerate()
-            .map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
+        entries.iter().enumerate().map(|(index, entry)| Circle::new((at(index), entry.measured), 4, MEASURED.filled())),
     )?;
     Ok(())
 }
@@ -305,15 +302,15 @@ fn deviations(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
     let sizes: Vec<f64> = {
-        let mean = entries.iter().map(|entry| entry.exact.value_lx).sum::<f64>() / entries.len() as f64;
-        entries.iter().map(|entry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean }).collect()
+        let mean = entries.iter().map(|entry| entry.exact.value).sum::<f64>() / entries.len() as f64;
+        entries.iter().map(|entry| if entry.exact.value > 0.0 { entry.exact.value } else { mean }).collect()
     };
     let percent = |index: usize, lx: f64| 100.0 * lx / sizes[index];
     let limit = allowed_percent(&outcome.comparison.criterion);
     let reach = entries
         .iter()
         .enumerate()
-        .map(|(index, entry)| percent(index, entry.deviation_lx().abs() + 2.0 * entry.standard_error_lx))
+        .map(|(index, entry)| percent(index, entry.deviation().abs() + 2.0 * entry.standard_error))
         .chain(limit)
         .fold(0.0, f64::max);
     let reach = 1.15 * if reach > 0.0 { reach } else { 1e-6 };
@@ -354,16 +351,16 @@ fn deviations(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
         EXACT.stroke_width(2),
     )])?;
     chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
-        let (value, error) = (percent(index, entry.deviation_lx()), percent(index, 2.0 * entry.standard_error_lx));
+        let (value, error) = (percent(index, entry.deviation()), percent(index, 2.0 * entry.standard_error));
         let ends = vec![(places.at[index], value - error), (places.at[index], value + error)];
         PathElement::new(ends, MEASURED.stroke_width(2))
     }))?;
     chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
-        Circle::new((places.at[index], percent(index, entry.deviation_lx())), 4, MEASURED.filled())
+        Circle::new((places.at[index], percent(index, entry.deviation())), 4, MEASURED.filled())
     }))?;
     if outcome.comparison.beside.is_some() {
         let published = entries.iter().enumerate().filter_map(|(index, entry)| {
-            let deviation = percent(index, entry.beside_lx? - entry.exact.value_lx);
+            let deviation = percent(index, entry.beside? - entry.exact.value);
             (deviation.abs() <= reach).then_some((places.at[index], deviation))
         });
         chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;

@@ -214,20 +214,20 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     }
     let beside = comparison.comparison.beside.is_some();
     let rows = entries.iter().map(|entry| {
-        let size_lx = if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { f64::NAN };
+        let size_lx = if entry.exact.value > 0.0 { entry.exact.value } else { f64::NAN };
         let relative = |lx: f64| if size_lx.is_nan() { "–".to_owned() } else { signed_percent(lx / size_lx) };
         let mut row = vec![
             entry.label.clone(),
-            six_digits(entry.exact.value_lx),
-            six_digits(entry.measured_lx),
-            if entry.is_exact() { "exact".to_owned() } else { relative(entry.standard_error_lx).replace('+', "") },
-            relative(entry.deviation_lx()),
+            six_digits(entry.exact.value),
+            six_digits(entry.measured),
+            if entry.is_exact() { "exact".to_owned() } else { relative(entry.standard_error).replace('+', "") },
+            relative(entry.deviation()),
             entry.z().map_or("–".to_owned(), |z| format!("{}{}", if z > 0.0 { "+" } else { "" }, sigmas(z))),
         ];
         if beside {
-            let published = entry.beside_lx;
+            let published = entry.beside;
             row.push(published.map_or("–".to_owned(), |lx| format!("{lx}")));
-            row.push(published.map_or("–".to_owned(), |lx| relative(lx - entry.exact.value_lx)));
+            row.push(published.map_or("–".to_owned(), |lx| relative(lx - entry.exact.value)));
         }
         row
     });
@@ -244,10 +244,10 @@ fn ratings(entries: &[ComparedEntry]) -> Table {
     let rows = entries.iter().map(|entry| {
         vec![
             entry.label.clone(),
-            format!("{:.2}", entry.exact.value_lx),
-            format!("{:.2}", entry.measured_lx),
-            format!("{:.2}", entry.standard_error_lx),
-            signed(entry.deviation_lx()),
+            format!("{:.2}", entry.exact.value),
+            format!("{:.2}", entry.measured),
+            format!("{:.2}", entry.standard_error),
+            signed(entry.deviation()),
             entry.z().map_or("–".to_owned(), |z| format!("{}{}", if z > 0.0 { "+" } else { "" }, sigmas(z))),
         ]
     });

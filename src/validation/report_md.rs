@@ -74,22 +74,22 @@ pub fn case_csv(case: &CaseOutcome) -> String {
         for entry in &comparison.set.entries {
             let optional = |number: Option<f64>| number.map_or_else(String::new, |number| format!("{number:?}"));
             let exact = &entry.exact;
-            let percent = (exact.value_lx > 0.0).then(|| 100.0 * entry.deviation_lx() / exact.value_lx);
+            let percent = (exact.value > 0.0).then(|| 100.0 * entry.deviation() / exact.value);
             let cells = [
                 quoted(&comparison.comparison.name),
                 comparison.comparison.light.name().to_owned(),
                 quoted(&entry.run),
                 quoted(&entry.label),
-                format!("{:?}", exact.value_lx),
-                format!("{:?}", entry.measured_lx),
-                format!("{:?}", entry.standard_error_lx),
-                format!("{:?}", entry.deviation_lx()),
+                format!("{:?}", exact.value),
+                format!("{:?}", entry.measured),
+                format!("{:?}", entry.standard_error),
+                format!("{:?}", entry.deviation()),
                 percent.map_or_else(|| "0".to_owned(), |percent| format!("{percent:?}")),
                 entry.z().map_or_else(|| "0".to_owned(), |z| format!("{z:?}")),
-                format!("{:?}", exact.uncertainty_lx),
-                format!("{:?}", exact.discretisation_lx),
-                format!("{:?}", exact.truncation_lx),
-                optional(entry.beside_lx),
+                format!("{:?}", exact.uncertainty),
+                format!("{:?}", exact.discretisation),
+                format!("{:?}", exact.truncation),
+                optional(entry.beside),
             ];
             text.push_str(&cells.join(","));
             text.push('\n');

@@ -20,36 +20,36 @@ pub struct ComparedEntry {
     pub along_m: Option<f64>,
     /// Weight in means: an area in m², or 1.
     pub weight: f64,
-    /// Measured illuminance in lx.
-    pub measured_lx: f64,
-    /// Standard error of the measured illuminance in lx.
-    pub standard_error_lx: f64,
+    /// Measured value, in the unit of the map's quantity.
+    pub measured: f64,
+    /// Standard error of the measured value, in the same unit.
+    pub standard_error: f64,
     /// The exact value.
     pub exact: Exact,
-    /// A published number in lx, if there is one.
-    pub beside_lx: Option<f64>,
+    /// A published number in the same unit, if there is one.
+    pub beside: Option<f64>,
 }
 
 impl ComparedEntry {
-    /// Measured minus exact value, in lx.
-    pub fn deviation_lx(&self) -> f64 {
-        self.measured_lx - self.exact.value_lx
+    /// Measured minus exact value.
+    pub fn deviation(&self) -> f64 {
+        self.measured - self.exact.value
     }
 
     /// Returns whether the value has no random error.
     pub fn is_exact(&self) -> bool {
-        self.standard_error_lx <= ROUNDING * self.measured_lx.abs()
+        self.standard_error <= ROUNDING * self.measured.abs()
     }
 
-    /// Known differences between the truth and the model, in lx.
-    pub fn allowance_lx(&self) -> f64 {
-        self.exact.uncertainty_lx + self.exact.unaccounted_lx + self.exact.truncation_lx
+    /// Known differences between the truth and the model.
+    pub fn allowance(&self) -> f64 {
+        self.exact.uncertainty + self.exact.unaccounted + self.exact.truncation
     }
 
     /// Deviation in standard errors. Known differences between truth and model are added to the error in quadrature. `None` if the
     /// value has no random error.
     pub fn z(&self) -> Option<f64> {
-        (!self.is_exact()).then(|| self.deviation_lx() / self.standard_error_lx.hypot(self.allowance_lx()))
+        (!self.is_exact()).then(|| self.deviation() / self.standard_error.hypot(self.allowance()))
     }
 }
 
@@ -58,16 +58,16 @@ impl ComparedEntry {
 pub struct EntrySet {
     /// Measured and exact values.
     pub entries: Vec<ComparedEntry>,
-    /// Standard error of the weighted mean in lx, if it is known from the replicas.
-    pub average_error_lx: Option<f64>,
+    /// Standard error of the weighted mean, in the unit of the values, if it is known from the replicas.
+    pub average_error: Option<f64>,
     /// Effective number of independent values among the entries.
     pub independent: f64,
     /// Degrees of freedom of the standard errors.
     pub degrees_of_freedom: f64,
     /// Source of the exact numbers in words.
     pub truth_in_words: String,
-    /// Standard error of the weighted mean of the exact values in lx, if they are random themselves (a stored run).
-    pub truth_average_error_lx: Option<f64>,
+    /// Standard error of the weighted mean of the exact values, in the unit of the values, if they are random themselves (a stored run).
+    pub truth_average_error: Option<f64>,
     /// Whether entries belong to different runs. Each is then judged relative to its own exact value.
     pub across_runs: bool,
 }
@@ -127,60 +127,56 @@ impl EntrySet {
     /// Computes the statistics.
     pub fn statistics(&self) -> Statistics {
         let weight: f64 = self.entries.iter().map(|entry| entry.weight).sum();
-        let mean_lx = self.entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
+        let mean_lx = self.entries.iter().map(|entry| entry.weight * entry.exact.value).sum::<f64>() / weight;
 
         // A map is judged relative to its mean, as everywhere in luxmc. Averages of different runs are judged relative to their own
         // values.
-        let size_lx = |entry: &ComparedEntry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
+        let size_lx = |entry: &ComparedEntry| if self.across_runs { entry.exact.value } else { mean_lx };
         let rms = |of: &dyn Fn(&ComparedEntry) -> f64| {
             let square = |entry: &ComparedEntry| entry.weight * part(of(entry), size_lx(entry)).powi(2);
             (self.entries.iter().map(square).sum::<f64>() / weight).sqrt()
         };
-        let own_size_lx =
-            |entry: &ComparedEntry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean_lx };
+        let own_size_lx = |entry: &ComparedEntry| if entry.exact.value > 0.0 { entry.exact.value } else { mean_lx };
         let worst = self
             .entries
             .iter()
-            .map(|entry| Worst {
-                value: part(entry.deviation_lx().abs(), own_size_lx(entry)),
-                label: entry.label.clone(),
-            })
+            .map(|entry| Worst { value: part(entry.deviation().abs(), own_size_lx(entry)), label: entry.label.clone() })
             .max_by(|a, b| a.value.total_cmp(&b.value));
         let noisy: Vec<(f64, &ComparedEntry)> =
             self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
         let count = noisy.len() as f64;
         let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
         let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let signed = |entry: &ComparedEntry| entry.weight * part(entry.deviation_lx(), size_lx(entry));
-        let truth = rms(&|entry| entry.exact.uncertainty_lx);
+        let signed = |entry: &ComparedEntry| entry.weight * part(entry.deviation(), size_lx(entry));
+        let truth = rms(&|entry| entry.exact.uncertainty);
         Statistics {
             count: self.entries.len(),
             noisy: noisy.len(),
             worst: worst.unwrap_or_default(),
             worst_z: worst_z.map(|(z, entry)| Worst { value: z.abs(), label: entry.label.clone() }),
-            rms: rms(&|entry| entry.deviation_lx()),
+            rms: rms(&|entry| entry.deviation()),
             rms_z: (!noisy.is_empty()).then(|| (noisy.iter().map(|(z, _)| z * z).sum::<f64>() / count).sqrt()),
             within: (!noisy.is_empty()).then(|| [share_within(1.0), share_within(2.0)]),
             expected_within: [1.0, 2.0].map(|sigmas| probability_within(sigmas, self.degrees_of_freedom)),
             bias: self.entries.iter().map(signed).sum::<f64>() / weight,
             bias_error: self.bias_error(weight, mean_lx),
-            random: rms(&|entry| entry.standard_error_lx),
-            discretisation: rms(&|entry| entry.exact.discretisation_lx),
-            unaccounted: rms(&|entry| entry.exact.unaccounted_lx),
-            truncation: rms(&|entry| entry.exact.truncation_lx),
+            random: rms(&|entry| entry.standard_error),
+            discretisation: rms(&|entry| entry.exact.discretisation),
+            unaccounted: rms(&|entry| entry.exact.unaccounted),
+            truncation: rms(&|entry| entry.exact.truncation),
             truth,
-            truth_shift: self.truth_average_error_lx.map_or(truth, |error_lx| part(error_lx, mean_lx)),
+            truth_shift: self.truth_average_error.map_or(truth, |error_lx| part(error_lx, mean_lx)),
         }
     }
 
     /// Standard error of the mean deviation: from the replicas if they give it, otherwise from independent entries.
     fn bias_error(&self, weight: f64, mean_lx: f64) -> f64 {
-        if let Some(average_error_lx) = self.average_error_lx {
+        if let Some(average_error_lx) = self.average_error {
             return part(average_error_lx, mean_lx);
         }
         let square = |entry: &ComparedEntry| {
-            let size_lx = if self.across_runs { entry.exact.value_lx } else { mean_lx };
-            (entry.weight * part(entry.standard_error_lx, size_lx)).powi(2)
+            let size_lx = if self.across_runs { entry.exact.value } else { mean_lx };
+            (entry.weight * part(entry.standard_error, size_lx)).powi(2)
         };
         self.entries.iter().map(square).sum::<f64>().sqrt() / weight
     }
@@ -191,8 +187,8 @@ impl EntrySet {
             .iter()
             .filter(|entry| entry.is_exact())
             .map(|entry| {
-                let beyond_lx = (entry.deviation_lx().abs() - entry.allowance_lx()).max(0.0);
-                if beyond_lx == 0.0 { 0.0 } else { beyond_lx / entry.exact.value_lx.max(f64::MIN_POSITIVE) }
+                let beyond_lx = (entry.deviation().abs() - entry.allowance()).max(0.0);
+                if beyond_lx == 0.0 { 0.0 } else { beyond_lx / entry.exact.value.max(f64::MIN_POSITIVE) }
             })
             .reduce(f64::max)
     }
@@ -231,13 +227,13 @@ pub fn binomial_p_value(share: f64, expected: f64, independent: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn entry(measured_lx: f64, standard_error_lx: f64) -> ComparedEntry {
-        let exact = Exact { value_lx: 100.0, ..Exact::default() };
+    fn entry(measured: f64, standard_error: f64) -> ComparedEntry {
+        let exact = Exact { value: 100.0, ..Exact::default() };
         ComparedEntry {
-            label: measured_lx.to_string(),
+            label: measured.to_string(),
             weight: 1.0,
-            measured_lx,
-            standard_error_lx,
+            measured,
+            standard_error,
             exact,
             ..ComparedEntry::default()
         }
@@ -271,7 +267,7 @@ mod tests {
     #[test]
     fn known_differences_count_before_chance_is_blamed() {
         let mut shifted = entry(101.0, 0.6);
-        shifted.exact.truncation_lx = 0.8;
+        shifted.exact.truncation = 0.8;
         assert!(shifted.z().is_some_and(|z| (z - 1.0).abs() < 1e-12));
     }
 }

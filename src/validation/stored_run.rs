@@ -118,7 +118,7 @@ impl StoredRun {
             LightPart::Direct => row.direct_lx,
             LightPart::Indirect => row.indirect_lx,
         };
-        Ok(Exact { value_lx, uncertainty_lx: row.standard_error_lx, ..Exact::default() })
+        Ok(Exact { value: value_lx, uncertainty: row.standard_error_lx, ..Exact::default() })
     }
 
     /// Standard error of the mean over a map, or over the surfaces for which `counts` is true. For several surfaces it is an upper
@@ -157,7 +157,7 @@ impl StoredRun {
         }
         let row = self.tables.iter().find(|(known, ..)| known == name);
         let (.., value_lx, error_lx) = row.ok_or_else(|| format!("its table has no row \"{name}\""))?;
-        Ok(Exact { value_lx: *value_lx, uncertainty_lx: *error_lx, ..Exact::default() })
+        Ok(Exact { value: *value_lx, uncertainty: *error_lx, ..Exact::default() })
     }
 }
 

@@ -70,14 +70,14 @@ impl<'a> Truth<'a> {
     /// Describes in words what the truth cannot give.
     pub fn exact(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         let mut exact = self.of_spec(site, light)?;
-        if !(exact.value_lx.is_finite() && exact.value_lx >= 0.0) {
-            return Err(format!("the exact value is {} lx", exact.value_lx));
+        if !(exact.value.is_finite() && exact.value >= 0.0) {
+            return Err(format!("the exact value is {} lx", exact.value));
         }
         // Means over the mesh's own area account for everything. Single elements still have facets instead of a smooth shape.
         if matches!(site, TruthSite::Element { .. })
             && !matches!(self.comparison.truth, TruthSpec::BoxRoom(_) | TruthSpec::Run { .. })
         {
-            exact.unaccounted_lx = exact.discretisation_lx;
+            exact.unaccounted = exact.discretisation;
         }
         Ok(exact)
     }
@@ -124,8 +124,8 @@ impl<'a> Truth<'a> {
                 light,
             ),
             TruthSpec::Isothermal { luminance_cd_m2 } => match light {
-                LightPart::Total if self.is_luminance() => Ok(Exact { value_lx: *luminance_cd_m2, ..Exact::default() }),
-                LightPart::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
+                LightPart::Total if self.is_luminance() => Ok(Exact { value: *luminance_cd_m2, ..Exact::default() }),
+                LightPart::Total => Ok(Exact { value: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
                 _ => Err("the isothermal rule gives only the total".to_owned()),
             },
             TruthSpec::BoxRoom(truth) => room_truth(truth, self.rooms, site, light),
@@ -134,7 +134,7 @@ impl<'a> Truth<'a> {
                     return Err("the reference was not read".to_owned());
                 };
                 let value_lx = reference.number(column, site)?.ok_or("a cell of the reference is empty")?;
-                Ok(Exact { value_lx, uncertainty_lx: uncertainty * value_lx.abs(), ..Exact::default() })
+                Ok(Exact { value: value_lx, uncertainty: uncertainty * value_lx.abs(), ..Exact::default() })
             }
             TruthSpec::Run { .. } => self.run.as_ref().ok_or("the stored run was not read")?.exact(site, light),
         }

@@ -33,7 +33,7 @@ pub(super) fn uniform_enclosure(
     let area_m2 = mesh_area_m2(scene, None);
     let value_lx = share * incident_lm / area_m2;
     let discretisation_lx = ideal_area_m2.map_or(0.0, |ideal| (share * incident_lm / ideal - value_lx).abs());
-    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+    Ok(Exact { value: value_lx, discretisation: discretisation_lx, ..Exact::default() })
 }
 
 /// In a sphere all parts exchange light equally: E_indirect = ⟨ρE⟩ = ⟨ρE_direct⟩/(1 − ⟨ρ⟩), with area means ⟨⟩. A plane through the
@@ -63,7 +63,7 @@ pub(super) fn two_hemispheres(
     let value_lx = of_areas(upper_area, lower_area)?;
     let ideal_half = 2.0 * PI * radius_m * radius_m;
     let discretisation_lx = (of_areas(ideal_half, ideal_half)? - value_lx).abs();
-    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+    Ok(Exact { value: value_lx, discretisation: discretisation_lx, ..Exact::default() })
 }
 
 /// All flux of the inner sphere reaches the outer one. Of the light reflected by the outer one, the part A₁/A₂ reaches the inner
@@ -91,5 +91,5 @@ pub(super) fn concentric(
     let mesh_radii_m = ["inner", "outer"].map(|name| (mesh_area_m2(scene, Some(name)) / (4.0 * PI)).sqrt());
     let value_lx = of_radii(mesh_radii_m)?;
     let discretisation_lx = (of_radii(radii_m)? - value_lx).abs();
-    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+    Ok(Exact { value: value_lx, discretisation: discretisation_lx, ..Exact::default() })
 }

@@ -73,7 +73,12 @@ pub(super) fn room_truth(
         }
     };
     let uncertainty_lx = if light == LightPart::Direct { 0.0 } else { value.estimated_error_lx };
-    Ok(Exact { value_lx: part(&value), uncertainty_lx, discretisation_lx, ..Exact::default() })
+    Ok(Exact {
+        value: part(&value),
+        uncertainty: uncertainty_lx,
+        discretisation: discretisation_lx,
+        ..Exact::default()
+    })
 }
 
 fn face_named(surface: &str) -> Result<RoomFace, String> {

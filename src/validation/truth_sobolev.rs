@@ -75,9 +75,9 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
         LightPart::Total => (value.total_lx, truncation, value.estimated_error_lx),
     };
     Ok(Exact {
-        value_lx: value_lx * scale,
-        uncertainty_lx: uncertainty * scale,
-        truncation_lx: truncation * scale,
+        value: value_lx * scale,
+        uncertainty: uncertainty * scale,
+        truncation: truncation * scale,
         ..Exact::default()
     })
 }
@@ -100,9 +100,9 @@ pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: L
     let exact = sobolev_truth(truth, &site, light)?;
     let share = rho / PI;
     Ok(Exact {
-        value_lx: share * exact.value_lx,
-        uncertainty_lx: share * exact.uncertainty_lx,
-        truncation_lx: share * exact.truncation_lx,
+        value: share * exact.value,
+        uncertainty: share * exact.uncertainty,
+        truncation: share * exact.truncation,
         ..Exact::default()
     })
 }

@@ -35,7 +35,7 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
         });
     }
     if let Some(most) = criterion.worst_difference {
-        let size = |entry: &&ComparedEntry| entry.deviation_lx().abs();
+        let size = |entry: &&ComparedEntry| entry.deviation().abs();
         let worst = set.entries.iter().max_by(|one, other| size(one).total_cmp(&size(other)));
         let worst = worst.map_or(String::new(), |entry| format!("worst {:.3} ({})", size(&entry), entry.label));
         checks.push(Check {

@@ -129,12 +129,12 @@ fn views_without_gloss_are_connected() {
     assert_eq!(auto.maps[0].method, "local", "{}", auto.maps[0].method_reason);
     assert!(auto.rays < walks.rays, "{} by auto, {} by walks", auto.rays, walks.rays);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let ratio = mean(&found.illuminance_lx) / mean(&truth.illuminance_lx);
+    let ratio = mean(&found.value) / mean(&truth.value);
     assert!((ratio - 1.0).abs() < 0.01 && (1.02 * ratio - 1.0).abs() > 0.01, "{ratio}");
-    let squares: Vec<f64> = (0..found.illuminance_lx.len())
+    let squares: Vec<f64> = (0..found.value.len())
         .map(|entry| {
-            let error = found.standard_error_lx[entry].hypot(truth.standard_error_lx[entry]);
-            ((found.illuminance_lx[entry] - truth.illuminance_lx[entry]) / error.max(f64::MIN_POSITIVE)).powi(2)
+            let error = found.standard_error[entry].hypot(truth.standard_error[entry]);
+            ((found.value[entry] - truth.value[entry]) / error.max(f64::MIN_POSITIVE)).powi(2)
         })
         .collect();
     assert!(mean(&squares).sqrt() < 1.2, "{}", mean(&squares).sqrt());
@@ -161,7 +161,7 @@ fn a_map_taken_by_choice_is_the_map_of_the_method() {
     let planes = scene_of(PLANES);
     let [auto, local] = [Method::Auto, Method::Local].map(|method| run(&planes, method, 5, 0.003));
     assert_eq!(auto.maps[0].method, "local");
-    assert_eq!(auto.maps[0].values.illuminance_lx, local.maps[0].values.illuminance_lx);
+    assert_eq!(auto.maps[0].values.value, local.maps[0].values.value);
 }
 
 /// Sobolev's 31 points to 0.3 % by auto against the exact values, 60 seeds from 1000 on (300 in the slow run). The true error meets the
@@ -180,7 +180,7 @@ fn errors_of_a_map_taken_by_choice_hold() {
     let (mut met, mut inside, mut means, mut local) = (0, 0, Vec::new(), 0);
     for seed in 1000..1000 + seeds {
         let map = run(&planes, Method::Auto, seed, 0.003).maps.swap_remove(0);
-        let (values, errors) = (&map.values.illuminance_lx, &map.values.standard_error_lx);
+        let (values, errors) = (&map.values.value, &map.values.standard_error);
         let squares: Vec<f64> = values.iter().zip(&truth_lx).map(|(value, truth)| (value - truth).powi(2)).collect();
         met += usize::from(mean(&squares).sqrt() <= 0.003 * mean(&truth_lx));
         inside += (0..31).filter(|i| squares[*i].sqrt() <= T15_QUANTILE_95_4 * errors[*i]).count();
@@ -222,7 +222,7 @@ fn local_estimation_is_unbiased_at_every_point() {
                 maps: MapSelection::Receivers,
                 ..Settings::default()
             };
-            solve(&planes, &settings, &Silent).maps.swap_remove(0).values.illuminance_lx
+            solve(&planes, &settings, &Silent).maps.swap_remove(0).values.value
         })
         .collect();
     let count = SEEDS as f64;

@@ -167,7 +167,7 @@ fn dependence(halves: &[Vec<[f64; 2]>], share: f64) -> f64 {
 fn even_and_odd_halves_know_nothing_of_each_other() {
     let scene = cube(0.8, 2.0);
     let (seeds, fault) = if slow() { (300, 0.15) } else { (60, 0.33) };
-    let of_run = |run: luxmc::solver::Solution| run.maps[0].values.halves_lx.clone();
+    let of_run = |run: luxmc::solver::Solution| run.maps[0].values.halves.clone();
     let counted = |seed: u64| of_run(with_chains(&scene, seed, MapSelection::Elements, 2000));
     let gathered = |seed: u64| {
         let settings = Settings {

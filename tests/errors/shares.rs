@@ -49,8 +49,8 @@ fn floor(solution: &Solution) -> &MapResult {
 
 /// Mean square deviation of one map from another, in lx².
 fn mean_square_lx2(map: &MapResult, truth: &MapResult) -> f64 {
-    let pairs = map.values.illuminance_lx.iter().zip(&truth.values.illuminance_lx);
-    pairs.map(|(one, other)| (one - other).powi(2)).sum::<f64>() / map.values.illuminance_lx.len() as f64
+    let pairs = map.values.value.iter().zip(&truth.values.value);
+    pairs.map(|(one, other)| (one - other).powi(2)).sum::<f64>() / map.values.value.len() as f64
 }
 
 /// Results of groups of merged shares.
@@ -85,8 +85,8 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
             let solution = merged(&scene, &settings, group).solution;
             let (map, truth) = (floor(&solution), floor(&truth));
             square_lx2 += mean_square_lx2(map, truth) / groups.len() as f64;
-            for (index, error_lx) in map.values.standard_error_lx.iter().enumerate() {
-                let off_lx = map.values.illuminance_lx[index] - truth.values.illuminance_lx[index];
+            for (index, error_lx) in map.values.standard_error.iter().enumerate() {
+                let off_lx = map.values.value[index] - truth.values.value[index];
                 found.drift_lx += part * off_lx;
                 for (held, factor) in found.held.iter_mut().zip([1.0, 0.5f64.sqrt()]) {
                     *held += part * f64::from(u8::from(off_lx.abs() <= factor * T15_QUANTILE_95_4 * error_lx));
@@ -147,19 +147,16 @@ fn one_share_alone_is_what_it_was() {
         let kept = share(&scene, 3, &settings);
         let merged = merged(&scene, &settings, &[&kept]).solution;
         for (one, other) in kept.solution.maps.iter().zip(&merged.maps) {
-            assert_eq!(one.values.illuminance_lx, other.values.illuminance_lx, "{method:?} {}", one.name);
-            assert_eq!(one.values.halves_lx, other.values.halves_lx, "{method:?} {}", one.name);
-            let errors = one.values.standard_error_lx.iter().zip(&other.values.standard_error_lx);
+            assert_eq!(one.values.value, other.values.value, "{method:?} {}", one.name);
+            assert_eq!(one.values.halves, other.values.halves, "{method:?} {}", one.name);
+            let errors = one.values.standard_error.iter().zip(&other.values.standard_error);
             assert!(errors.clone().all(|(one, other)| (one / other - 1.0).abs() < 1e-9), "{method:?} {}", one.name);
             assert!((one.error.estimated / other.error.estimated - 1.0).abs() < 1e-9, "{method:?} {}", one.name);
             assert_eq!((one.chains, &one.method), (other.chains, &other.method));
         }
         assert_eq!((kept.solution.chains, kept.solution.rays), (merged.chains, merged.rays));
         assert_eq!(kept.solution.flux_balance, merged.flux_balance, "{method:?}");
-        assert_ne!(
-            kept.solution.maps[1].values.illuminance_lx,
-            share(&scene, 4, &settings).solution.maps[1].values.illuminance_lx
-        );
+        assert_ne!(kept.solution.maps[1].values.value, share(&scene, 4, &settings).solution.maps[1].values.value);
     }
 }
 
@@ -191,14 +188,14 @@ fn shares_by_different_methods_join() {
     );
     for (map, truth) in solution.maps.iter().zip(&truth.maps) {
         for (row, truth) in map.tables.iter().zip(&truth.tables) {
-            let error_lx = row.average_lx.standard_error.hypot(truth.average_lx.standard_error);
-            let off_lx = row.average_lx.value - truth.average_lx.value;
-            let share = map.error.bias * row.average_lx.value;
+            let error_lx = row.average.standard_error.hypot(truth.average.standard_error);
+            let off_lx = row.average.value - truth.average.value;
+            let share = map.error.bias * row.average.value;
             assert!(off_lx.abs() < 4.5 * error_lx + share, "{}: {off_lx} ± {error_lx} lx", row.name);
         }
     }
     let (map, truth) = (floor(&solution), floor(&truth));
-    let off = mean_square_lx2(map, truth).sqrt() / map.tables[0].average_lx.value;
+    let off = mean_square_lx2(map, truth).sqrt() / map.tables[0].average.value;
     assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{off} {:?}", map.error);
 }
 
@@ -238,21 +235,21 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
         for (sum, map) in squares_lx2.iter_mut().zip([map, floor(&whole)]) {
             *sum += mean_square_lx2(map, of_truth) / 16.0;
         }
-        for (index, error_lx) in map.values.standard_error_lx.iter().enumerate() {
-            let off_lx = (map.values.illuminance_lx[index] - of_truth.values.illuminance_lx[index]).abs();
+        for (index, error_lx) in map.values.standard_error.iter().enumerate() {
+            let off_lx = (map.values.value[index] - of_truth.values.value[index]).abs();
             for (held, factor) in held.iter_mut().zip([1.0, 0.5f64.sqrt()]) {
                 *held += f64::from(u8::from(off_lx <= factor * T15_QUANTILE_95_4 * error_lx)) / 1024.0;
             }
         }
-        let row = |map: &MapResult| map.tables[0].average_lx;
+        let row = |map: &MapResult| map.tables[0].average;
         drift += (row(map).value - row(of_truth).value) / row(map).standard_error / 16.0;
         // Every point has the value of its part, to the last digits.
         let absolute = |map: &MapResult| (map.error.random * row(map).value).powi(2);
         let of_parts = parts.iter().map(|part| absolute(floor(&part.solution))).sum::<f64>() / 4.0;
         assert!((absolute(map) / of_parts - 1.0).abs() < 1e-9, "{} {of_parts}", absolute(map));
         for (number, part) in parts.iter().enumerate() {
-            for (local, illuminance_lx) in floor(&part.solution).values.illuminance_lx.iter().enumerate() {
-                let merged_lx = map.values.illuminance_lx[number + 4 * local];
+            for (local, illuminance_lx) in floor(&part.solution).values.value.iter().enumerate() {
+                let merged_lx = map.values.value[number + 4 * local];
                 assert!((merged_lx / illuminance_lx - 1.0).abs() < 1e-12, "part {number}, point {local}");
             }
         }
@@ -286,7 +283,7 @@ fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
         let worst = of_four.iter().map(|part| floor(&part.solution).error.estimated).fold(0.0, f64::max);
         let least = of_four.iter().map(|part| floor(&part.solution).error.estimated).fold(1.0, f64::min);
         assert!(map.error.estimated < 1.02 * worst && map.error.estimated > 0.8 * least, "{method:?} {:?}", map.error);
-        let mean_lx = map.tables[0].average_lx.value;
+        let mean_lx = map.tables[0].average.value;
         let off = mean_square_lx2(map, truth).sqrt() / mean_lx;
         assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{method:?} {off} {:?}", map.error);
 

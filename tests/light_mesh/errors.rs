@@ -61,8 +61,8 @@ fn bars_of_single_places_hold_in_each_kind() {
     let solution = solve_by_light_mesh(&scene, &settings(1), &given_step(0.1), &Silent).expect("it can be computed");
     let values = &solution.maps[0].values;
     let mut kinds: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for (entry, bar_lx) in values.standard_error_lx.iter().enumerate().filter(|(_, bar_lx)| **bar_lx > 0.0) {
-        let bars_off = (values.illuminance_lx[entry] - exact[entry]).abs() / bar_lx;
+    for (entry, bar_lx) in values.standard_error.iter().enumerate().filter(|(_, bar_lx)| **bar_lx > 0.0) {
+        let bars_off = (values.value[entry] - exact[entry]).abs() / bar_lx;
         kinds.entry(bar_lx.to_bits()).or_default().push(bars_off);
     }
     let held = |bars: f64| {
@@ -118,7 +118,7 @@ fn what_comes_after_the_end_is_short() {
         let solution = late(0.0, 0.0, &choice);
         assert_eq!(solution.stop_reason, StopReason::TimeLimit);
         assert!(solution.rays < 600_000, "{} rays", solution.rays);
-        assert!(solution.maps[0].values.illuminance_lx.iter().filter(|lx| **lx > 0.0).count() > 1000);
+        assert!(solution.maps[0].values.value.iter().filter(|lx| **lx > 0.0).count() > 1000);
     }
     let given_up = late(0.0, 1.0, &given_step(0.5));
     assert!(given_up.maps.is_empty(), "{} maps", given_up.maps.len());

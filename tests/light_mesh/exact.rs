@@ -69,7 +69,7 @@ impl TestScene {
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
         let (lights, effort) =
             light_of(&self.around(), &entries, &asked, &DirectBy::Mesh(&mesh), &IndirectBy::Nothing, 1, 0);
-        (lights.iter().map(|light| light.direct_mean_lx()).collect(), effort.mesh)
+        (lights.iter().map(|light| light.direct_mean()).collect(), effort.mesh)
     }
 
     fn by_rays(&self) -> Vec<f64> {
@@ -77,7 +77,7 @@ impl TestScene {
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
         let rays = DirectBy::Rays { first: 0, passes: 1 };
         let (lights, _) = light_of(&self.around(), &entries, &asked, &rays, &IndirectBy::Nothing, 1, 0);
-        lights.iter().map(|light| light.direct_mean_lx()).collect()
+        lights.iter().map(|light| light.direct_mean()).collect()
     }
 }
 
@@ -209,7 +209,7 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
         let choice = MeshChoice { step_m: Some(0.025), form, ..MeshChoice::default() };
         let solution =
             solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Silent).expect("it can be computed");
-        relative_rms(&solution.maps[0].values.indirect_lx, &exact)
+        relative_rms(&solution.maps[0].values.indirect, &exact)
     };
     for seed in 1..=2 {
         let error = error(IndirectForm::Directional, seed);
@@ -235,10 +235,10 @@ fn the_stated_error_is_the_true_one() {
         let solution =
             solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Silent).expect("it can be computed");
         let map = &solution.maps[0];
-        let error = relative_rms(&map.values.illuminance_lx, &exact);
+        let error = relative_rms(&map.values.value, &exact);
         ratios.push(map.error.estimated / error);
         assert!(map.error.bias > 0.0 && map.error.random == 0.0);
-        assert!(map.values.standard_error_lx.iter().all(|error| *error > 0.0));
+        assert!(map.values.standard_error.iter().all(|error| *error > 0.0));
     }
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     assert!((mean - 1.0).abs() < 0.15, "{ratios:?}");
@@ -256,11 +256,11 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     let coarse = solved(0.07);
     assert_eq!(coarse.stop_reason, StopReason::TargetMet);
     assert_eq!(coarse.maps[0].method, "light-mesh");
-    assert!(relative_rms(&coarse.maps[0].values.illuminance_lx, &exact) <= 0.07);
+    assert!(relative_rms(&coarse.maps[0].values.value, &exact) <= 0.07);
     assert!(coarse.rays < 9 * 300 * 300 / 2, "{}", coarse.rays);
     let fine = solved(0.001);
     assert_eq!((fine.stop_reason, fine.maps[0].method.as_str()), (StopReason::Exact, "shadow-rays"));
-    assert_eq!(fine.maps[0].values.illuminance_lx, exact);
+    assert_eq!(fine.maps[0].values.value, exact);
     assert!(fine.notes.iter().any(|line| line.contains("computed direct light")), "{:?}", fine.notes);
 }
 
@@ -278,9 +278,9 @@ fn a_reflecting_room_agrees_with_chains() {
     let chains = solve(&scene, &all(0.01), &Silent);
     let mesh = solve_by_light_mesh(&scene, &all(0.05), &MeshChoice::default(), &Silent).expect("it can be computed");
     for (by_mesh, by_chains) in mesh.maps.iter().zip(&chains.maps) {
-        let error = relative_rms(&by_mesh.values.illuminance_lx, &by_chains.values.illuminance_lx);
+        let error = relative_rms(&by_mesh.values.value, &by_chains.values.value);
         assert!(error < 0.05, "{}: {error}, stated {}", by_mesh.name, by_mesh.error.estimated);
-        assert!(by_mesh.values.indirect_lx.iter().filter(|lx| **lx > 0.0).count() > 100);
+        assert!(by_mesh.values.indirect.iter().filter(|lx| **lx > 0.0).count() > 100);
     }
 }
 

@@ -47,7 +47,7 @@ fn by_walks(scene: &Scene, chains: u64) -> Solution {
 /// Root mean square difference of two maps and the difference of their means, both divided by the mean; and the combined stated error.
 fn compare(found: &MapResult, walks: &MapResult) -> [f64; 3] {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (a, b) = (&found.values.illuminance_lx, &walks.values.illuminance_lx);
+    let (a, b) = (&found.values.value, &walks.values.value);
     let squares: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).collect();
     let whole = mean(b);
     [mean(&squares).sqrt() / whole, mean(a) / whole - 1.0, found.error.estimated.hypot(walks.error.estimated)]
@@ -97,7 +97,7 @@ fn a_glossy_floor_under_a_lamp_has_the_luminance_of_the_formula() {
         };
         [[-1.0, 0.0, -1.0], [-1.2, 0.0, -1.3], [-1.1, 0.2, -1.2], [-2.0, 0.4, -1.5]].map(of).to_vec()
     };
-    let shown = &found.maps[0].values.illuminance_lx;
+    let shown = &found.maps[0].values.value;
     let agrees = |exact: &[f64]| shown.iter().zip(exact).all(|(found, exact)| (found / exact - 1.0).abs() < 0.002);
     assert_eq!(found.maps[0].method, "light-mesh");
     assert!(agrees(&formula(0.2)), "{shown:?} {:?}", formula(0.2));
@@ -186,6 +186,6 @@ fn a_glossy_view_is_the_same_for_any_number_of_threads() {
         pool.install(|| by_mesh(&scene, None, Some(0.2)))
     };
     let (one, three) = (run(1), run(3));
-    assert_eq!(one.maps[0].values.illuminance_lx, three.maps[0].values.illuminance_lx);
+    assert_eq!(one.maps[0].values.value, three.maps[0].values.value);
     assert_eq!(one.rays, three.rays);
 }

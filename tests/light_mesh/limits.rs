@@ -70,7 +70,7 @@ fn more_receivers_cost_little(seed: u64) {
     let rays = [60, 240].map(|columns| {
         let scene = planes(columns);
         let solution = solved(&scene, 0.02, seed, &Silent);
-        let error = relative_rms(&solution.maps[0].values.indirect_lx, &exact_lx(&scene));
+        let error = relative_rms(&solution.maps[0].values.indirect, &exact_lx(&scene));
         assert_eq!(solution.stop_reason, StopReason::TargetMet);
         assert!(error <= 0.02, "seed {seed}: {error}");
         assert!(error <= 1.5 * solution.estimated_error, "seed {seed}: {error} {}", solution.estimated_error);
@@ -118,7 +118,7 @@ fn a_run_that_is_cut_shows_the_best_that_it_has() {
     let all: Vec<usize> = (0..entries.weights.len()).collect();
     let none = DirectBy::Rays { first: 0, passes: 0 };
     let (lights, _) = light_of(&around, &entries, &all, &none, &IndirectBy::Walks([0, 16]), 1, 0);
-    let few: Vec<f64> = lights.iter().map(|light| light.indirect_mean_lx()).collect();
+    let few: Vec<f64> = lights.iter().map(|light| light.indirect_mean()).collect();
     let of_few_walks = relative_rms(&few, &exact);
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
@@ -129,7 +129,7 @@ fn a_run_that_is_cut_shows_the_best_that_it_has() {
         let observer = CutAfter { asked: AtomicU64::new(0), most: (part * asked as f64) as u64 };
         let solution = pool.install(|| solved(&scene, 0.01, 1, &observer));
         let map = &solution.maps[0];
-        let error = relative_rms(&map.values.indirect_lx, &exact);
+        let error = relative_rms(&map.values.indirect, &exact);
         let stated = map.error.estimated;
         assert_eq!(solution.stop_reason, StopReason::Interrupted, "{part}");
         assert!(error < 0.8 * of_few_walks, "{part}: {error} {of_few_walks}");

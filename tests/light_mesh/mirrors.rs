@@ -109,7 +109,7 @@ fn a_floor_lit_by_a_balls_image_has_its_exact_luminance() {
     let exitance_lm_m2 = 800.0 / (4.0 * std::f64::consts::PI * 0.01);
     let solution = by_mesh(&scene, &MeshChoice::default(), Some(0.01));
     assert_eq!(solution.stop_reason, StopReason::TargetMet);
-    let found = &solution.maps[0].values.illuminance_lx;
+    let found = &solution.maps[0].values.value;
     for (direction, found) in scene.receivers[0].points.iter().zip(found) {
         let place_m = direction.position_m - direction.normal * (direction.position_m.z / direction.normal.z);
         let offset_m = DVec3::new(-1.5, 0.0, 1.4) - place_m;
@@ -144,8 +144,7 @@ fn a_room_with_a_ball_in_a_mirror_agrees_with_walks() {
     };
     let walks = &solve(&room("mirror"), &settings, &Silent).maps[0];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let shift =
-        |solution: &Solution| mean(&solution.maps[0].values.indirect_lx) / mean(&walks.values.indirect_lx) - 1.0;
+    let shift = |solution: &Solution| mean(&solution.maps[0].values.indirect) / mean(&walks.values.indirect) - 1.0;
     let steps = MeshChoice { step_m: Some(0.1), ..MeshChoice::default() };
     for choice in [MeshChoice::default(), steps] {
         let solution = by_mesh(&room("mirror"), &choice, Some(0.01));

@@ -26,7 +26,7 @@ fn means_lx(scene: &Scene) -> [f64; 2] {
     let settings = Settings { target_error: Some(0.004), maps: MapSelection::Receivers, ..Settings::default() };
     let solution = solve(scene, &settings, &Silent);
     assert_eq!(solution.target_met, Some(true));
-    [0, 1].map(|set: usize| solution.maps[set].tables[0].average_lx.value)
+    [0, 1].map(|set: usize| solution.maps[set].tables[0].average.value)
 }
 
 /// Positions: hanging below the ceiling, a tenth of a millimetre in it, with its centre in it, 1 cm above it, and its lower face flush with

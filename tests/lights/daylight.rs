@@ -89,13 +89,8 @@ fn isothermal(two_sided: bool, sky_cd_m2: f64) -> Value {
 
 /// Largest deviation of a map's entries from a value in their own standard errors, and the mean relative deviation.
 fn deviation(map: &MapResult, exact: f64) -> (f64, f64) {
-    let entries: Vec<(f64, f64)> = map
-        .values
-        .illuminance_lx
-        .iter()
-        .zip(&map.values.standard_error_lx)
-        .map(|(value, error)| (*value, *error))
-        .collect();
+    let entries: Vec<(f64, f64)> =
+        map.values.value.iter().zip(&map.values.standard_error).map(|(value, error)| (*value, *error)).collect();
     let worst = entries.iter().map(|(value, error)| (value - exact).abs() / (error + 1e-6 * exact)).fold(0.0, f64::max);
     let mean = entries.iter().map(|(value, _)| value / exact - 1.0).sum::<f64>() / entries.len() as f64;
     (worst, mean)
@@ -134,7 +129,7 @@ fn counted_packets_of_a_sky_are_those_that_enter() {
         let scene = read(&value);
         let elements = luxmc::scene::Elements::of(&scene);
         let (mut lm, mut m2) = (0.0, 0.0);
-        for (entry, lx) in map.values.illuminance_lx.iter().enumerate() {
+        for (entry, lx) in map.values.value.iter().enumerate() {
             let element = elements.element(entry as u32);
             let name = &scene.surface_of(element.triangle).name;
             if name != "rooflight" && name != "mirror" {
@@ -205,11 +200,7 @@ fn night_and_a_black_window_are_dark() {
         for dark in [&night, &black] {
             let solution = solved(dark, method, MapSelection::All, 0.01);
             let map = solution.maps.iter().find(|map| map.name == "p").expect("the set");
-            assert!(
-                map.values.illuminance_lx.iter().all(|lx| *lx == 0.0),
-                "{method:?}: {:?}",
-                map.values.illuminance_lx
-            );
+            assert!(map.values.value.iter().all(|lx| *lx == 0.0), "{method:?}: {:?}", map.values.value);
         }
     }
     assert!(read(&night).warnings.iter().any(|warning| warning.contains("gives no light")));
@@ -229,7 +220,7 @@ fn open_planes_receive_the_closed_form() {
     for (name, exact) in [("up", up), ("upright", upright)] {
         let map = solution.maps.iter().find(|map| map.name == name).expect("the set");
         // The pit's floor hides some of the ground. It is black and not visible from above the horizon.
-        let mean = map.values.illuminance_lx.iter().sum::<f64>() / map.values.illuminance_lx.len() as f64;
+        let mean = map.values.value.iter().sum::<f64>() / map.values.value.len() as f64;
         let with_ground = if name == "upright" { exact + 0.1 * up } else { exact };
         assert!((mean / with_ground - 1.0).abs() < 0.01, "{name}: {mean}, {with_ground}");
         assert!((mean / (1.03 * with_ground) - 1.0).abs() > 0.01, "the planted fault passed");
@@ -249,10 +240,10 @@ fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
     for method in [Method::Auto, Method::Gather, Method::Collision, Method::Local] {
         let solution = solved(&value, method, MapSelection::Receivers, 0.004);
         let values = &solution.maps[0].values;
-        let mean = values.illuminance_lx.iter().sum::<f64>() / values.illuminance_lx.len() as f64;
+        let mean = values.value.iter().sum::<f64>() / values.value.len() as f64;
         assert!((mean / exact - 1.0).abs() < 0.01, "{method:?}: {mean}, {exact}");
         assert!((mean / (1.03 * exact) - 1.0).abs() > 0.01, "the planted fault passed");
-        assert!(values.direct_lx.iter().all(|lx| *lx == 0.0));
+        assert!(values.direct.iter().all(|lx| *lx == 0.0));
     }
 }
 
@@ -328,7 +319,7 @@ fn clear_skies_hold_with_the_sun_in_the_zenith_and_on_the_horizon() {
         let floor = vec![rectangle("pit", [0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], "paint", false)];
         let solution = solved(&scene(floor, vec![clear], receivers), Method::Collision, MapSelection::All, 0.005);
         for map in &solution.maps {
-            let mean = map.values.illuminance_lx.iter().sum::<f64>() / map.values.illuminance_lx.len() as f64;
+            let mean = map.values.value.iter().sum::<f64>() / map.values.value.len() as f64;
             assert!((mean / GIVEN_LX - 1.0).abs() < 0.01, "{kind}, {elevation_deg}°, {}: {mean}", map.name);
             assert!((1.03 * mean / GIVEN_LX - 1.0).abs() > 0.01, "the planted fault passed");
         }

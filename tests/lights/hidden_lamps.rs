@@ -51,8 +51,8 @@ fn found(scene: &Scene, seed: u64) -> Vec<[f64; 2]> {
     let solution = with_chains(scene, seed, MapSelection::All, 200_000);
     let map = |name: &str| solution.maps.iter().find(|map| map.name == name).expect("the map is there");
     let points = &map("points").values;
-    let west = map("elements").tables.iter().find(|row| row.name == "west").expect("the wall is there").average_lx;
-    let mut all: Vec<[f64; 2]> = (0..3).map(|i| [points.illuminance_lx[i], points.standard_error_lx[i]]).collect();
+    let west = map("elements").tables.iter().find(|row| row.name == "west").expect("the wall is there").average;
+    let mut all: Vec<[f64; 2]> = (0..3).map(|i| [points.value[i], points.standard_error[i]]).collect();
     all.push([west.value, west.standard_error]);
     all
 }

@@ -47,9 +47,10 @@ fn table(scene: &Scene) -> &IntensityTable {
 /// Every direction with its C and γ in degrees, its value and its standard error in cd.
 fn directions(scene: &Scene, solution: &Solution) -> Vec<([f64; 2], DVec3, f64, f64)> {
     let (table, values) = (table(scene), &solution.maps[0].values);
+    assert_eq!(solution.maps[0].quantity.unit(), "cd");
     let told = |(entry, (plane, step)): (usize, (u32, u32))| {
         let angles_deg = [table.c_deg(plane), table.gamma_deg(step)];
-        (angles_deg, table.direction(plane, step), values.illuminance_lx[entry], values.standard_error_lx[entry])
+        (angles_deg, table.direction(plane, step), values.value[entry], values.standard_error[entry])
     };
     table.places().enumerate().map(told).collect()
 }
@@ -129,11 +130,11 @@ fn areas_balls_and_panes_are_seen_from_afar_as_they_are() {
     // Down: two faces of reflectance 0.04 with all inner reflections, T = (1 − R)/(1 + R). Up: all of it, and mirror images in addition.
     let down = table.entry(0, 0);
     let through_cd = whole_cd * 0.96 / 1.04;
-    assert!((values.direct_lx[down] - through_cd).abs() < 1e-9 * whole_cd, "{}", values.direct_lx[down]);
-    assert!((values.direct_lx[table.entry(3, 30)] - whole_cd).abs() < 1e-9 * whole_cd);
+    assert!((values.direct[down] - through_cd).abs() < 1e-9 * whole_cd, "{}", values.direct[down]);
+    assert!((values.direct[table.entry(3, 30)] - whole_cd).abs() < 1e-9 * whole_cd);
     let upwards = (19..36).flat_map(|step| (0..24).map(move |plane| (plane, step)));
     assert!(
-        upwards.into_iter().any(|(plane, step)| values.indirect_lx[table.entry(plane, step)] > 0.0),
+        upwards.into_iter().any(|(plane, step)| values.indirect[table.entry(plane, step)] > 0.0),
         "the pane mirrors"
     );
 }
@@ -244,14 +245,14 @@ fn the_flux_of_the_table_is_what_leaves_the_scene() {
     assert!((flux.value - balance.escaped_lm).abs() < allowed_lm, "{flux:?}, balance {}", balance.escaped_lm);
     assert!((1.05 * flux.value - balance.escaped_lm).abs() > allowed_lm, "the planted fault passed");
     assert!((light.lamps_lm - 500.0).abs() < 1e-9 && (light.light_output_ratio - flux.value / 500.0).abs() < 1e-12);
-    assert!(solution.maps[0].values.illuminance_lx.iter().all(|intensity_cd| *intensity_cd >= 0.0));
+    assert!(solution.maps[0].values.value.iter().all(|intensity_cd| *intensity_cd >= 0.0));
     for read in read_back(&scene, &solution) {
         assert!(read.warnings.is_empty(), "{:?}", read.warnings);
         assert!((read.luminous_flux_lm() / flux.value - 1.0).abs() < 1e-7, "{:?}", read.format);
     }
     // The same numbers for any number of threads.
     let again = solved(&scene, 200_000, 1);
-    assert!(again.maps[0].values.illuminance_lx == solution.maps[0].values.illuminance_lx);
+    assert!(again.maps[0].values.value == solution.maps[0].values.value);
 }
 
 /// A single plane holds the mean over all planes.

@@ -39,7 +39,7 @@ fn the_spot_of_a_lamp_that_nearly_touches_a_surface_shines_as_a_lamp_of_its_own(
             .map(|seed| {
                 let solution = run(scene, method, seed, 0.005, MapSelection::Receivers);
                 assert_eq!(solution.target_met, Some(true));
-                solution.maps[0].tables[0].average_lx.value
+                solution.maps[0].tables[0].average.value
             })
             .collect();
         let mean = means.iter().sum::<f64>() / SEEDS as f64;

@@ -31,7 +31,7 @@ fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {
 }
 
 fn mean_lx(solution: &Solution, name: &str) -> f64 {
-    let values = &map(solution, name).values.illuminance_lx;
+    let values = &map(solution, name).values.value;
     values.iter().sum::<f64>() / values.len() as f64
 }
 
@@ -75,7 +75,7 @@ fn at(name: &str, place: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
 fn surface_lm(value: &Value, solution: &Solution, name: &str) -> f64 {
     let scene = read(value);
     let elements = Elements::of(&scene);
-    let entries = map(solution, "elements").values.illuminance_lx.iter().enumerate();
+    let entries = map(solution, "elements").values.value.iter().enumerate();
     let of_elements = entries.map(|(entry, lx)| (elements.element(entry as u32), lx));
     let own = of_elements.filter(|(element, _)| scene.surface_of(element.triangle).name == name);
     own.map(|(element, lx)| lx * elements.area_m2(&scene, element)).sum()

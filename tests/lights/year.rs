@@ -133,7 +133,7 @@ fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
                 0.007,
             );
             let values = &solution.maps[0].values;
-            let both = values.illuminance_lx.iter().zip(&values.standard_error_lx);
+            let both = values.value.iter().zip(&values.standard_error);
             both.map(|(value, error)| Estimate { value: *value, standard_error: *error }).collect::<Vec<_>>()
         };
         let found: Vec<Estimate> = points.iter().map(|hours| hours[0]).collect();
@@ -186,7 +186,7 @@ fn overcast_hours_are_daylight_factors() {
     let run = common::to_target(&scene, 6, MapSelection::Receivers, 0.007);
     let values = &run.maps[0].values;
     let factors = |times: f64| {
-        let both = values.illuminance_lx.iter().zip(&values.standard_error_lx);
+        let both = values.value.iter().zip(&values.standard_error);
         both.map(|(value, error)| Estimate { value: 8.0 * times * value, standard_error: 8.0 * error })
             .collect::<Vec<_>>()
     };
@@ -204,8 +204,8 @@ fn overcast_hours_are_daylight_factors() {
     let (mut sums, mut direct) = ([0.0; 2], [0.0; 2]);
     for index in 0..points.len() {
         let [sky, outside, inside] = components(&solution, index);
-        sums = [sums[0] + sky.value + outside.value + inside.value, sums[1] + percent(values.illuminance_lx[index])];
-        direct = [direct[0] + sky.value, direct[1] + percent(values.direct_lx[index])];
+        sums = [sums[0] + sky.value + outside.value + inside.value, sums[1] + percent(values.value[index])];
+        direct = [direct[0] + sky.value, direct[1] + percent(values.direct[index])];
         assert!(outside.value > 0.0 && inside.value > 0.0 && sky.standard_error < 0.02 * sky.value.max(1.0));
     }
     assert!(
@@ -222,7 +222,7 @@ fn overcast_hours_are_daylight_factors() {
     for way in 0..3 {
         assert!(split(way, 1.0) < 0.03 && split(way, 1.08) > 0.03, "part {way}: {}", split(way, 1.0));
     }
-    for (parts, lx) in values.sky_components_lx.iter().zip(&values.illuminance_lx) {
+    for (parts, lx) in values.sky_components_lx.iter().zip(&values.value) {
         assert!((parts.iter().map(|part| part.value).sum::<f64>() / lx - 1.0).abs() < 1e-9);
         assert!(parts.iter().all(|part| part.standard_error < 0.1 * lx));
     }
@@ -298,7 +298,7 @@ fn light_that_comes_by_a_bounce_alone_is_met() {
     let (solution, points) = year(&scene, &weather(&[(12, 20, 20.5, [0.0, 1000.0])]), &settings(4, 5, 0.01));
     let run = common::to_target(&scene, 6, MapSelection::Receivers, 0.01);
     let sum_lx: f64 = points.iter().map(|hours| hours[0].value).sum();
-    let run_lx: f64 = run.maps[0].values.illuminance_lx.iter().sum();
+    let run_lx: f64 = run.maps[0].values.value.iter().sum();
     assert!(run_lx > 0.0 && (sum_lx / run_lx - 1.0).abs() < 0.015, "{sum_lx}, {run_lx}");
     assert!((1.04 * sum_lx / run_lx - 1.0).abs() > 0.015, "the planted fault passed");
     let measures = |measure: YearMeasure| solution.sets[0].averages[measure as usize];

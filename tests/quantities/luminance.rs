@@ -52,12 +52,12 @@ fn a_sight_between_perfect_mirrors_ends() {
     ));
     let solution = by_method(&scene, Method::Collision, 3, 40_000);
     let values = |name: &str| &solution.maps.iter().find(|map| map.name == name).expect("the map").values;
-    assert_eq!(values("across").illuminance_lx, [0.0]);
+    assert_eq!(values("across").value, [0.0]);
     // The images are whole numbers of metres beside the source, on either side. All light comes from them.
     let light = |image: i32| 100.0 * 2.0 / (1.0 + 4.0 + f64::from(image).powi(2)).powf(1.5);
     // The light comes from 2 m, so that mirrors 3 m high reflect all of its paths.
     let exact = 0.5 / PI * (-2000..=2000).map(light).sum::<f64>();
-    let (value, error) = (values("down").illuminance_lx[0], values("down").standard_error_lx[0]);
+    let (value, error) = (values("down").value[0], values("down").standard_error[0]);
     assert!((value - exact).abs() < 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
     assert!((1.1 * value - exact).abs() > 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
 }
@@ -83,7 +83,7 @@ fn diffuse_planes_look_alike_from_every_angle() {
             let seen = point.position_m + reach * point.normal;
             let e = sobolev(&problem, SobolevPlane::One, seen.truncate().length()).expect("a value").total_lx;
             let exact = 0.5 * e / PI;
-            let (value, error) = (values.illuminance_lx[index], values.standard_error_lx[index]);
+            let (value, error) = (values.value[index], values.standard_error[index]);
             assert!((value - exact).abs() < 5.5 * error, "{method:?} {index}: {value} ± {error}, exactly {exact}");
             sum += value / exact - 1.0;
             square += (error / exact).powi(2);
@@ -115,7 +115,7 @@ fn local_estimation_holds_its_error_bars_in_corners() {
             for seed in 0..seeds {
                 let solution = by_method(&scene, method, seed, chains);
                 let values = &solution.maps[0].values;
-                for (value, error) in values.illuminance_lx.iter().zip(&values.standard_error_lx) {
+                for (value, error) in values.value.iter().zip(&values.standard_error) {
                     within += f64::from(u8::from((value - 100.0 * PI).abs() < 2.131 * error));
                     squares += (value / (100.0 * PI) - 1.0).powi(2);
                 }
@@ -171,9 +171,11 @@ fn local_estimation_agrees_with_walks_on_every_material() {
             &Silent,
         )
     });
+    let units: Vec<&str> = runs[0].maps.iter().map(|map| map.quantity.unit()).collect();
+    assert_eq!(units, ["lx", "lx", "cd/m²"]);
     for map in 0..3 {
         let [walks, local] = &mut runs;
-        let averages = [&walks.maps[map], &local.maps[map]].map(|map| map.tables[0].average_lx);
+        let averages = [&walks.maps[map], &local.maps[map]].map(|map| map.tables[0].average);
         let error = averages[0].standard_error.hypot(averages[1].standard_error);
         let off = averages[1].value - averages[0].value;
         assert!(off.abs() < 4.5 * error, "{}: {averages:?}", walks.maps[map].name);
@@ -217,9 +219,9 @@ fn glossy_planes_shine_as_plain_paths_say() {
         let plain_error = ((squares / PATHS as f64 - plain * plain) / PATHS as f64).sqrt();
         for (method, solution) in [("walks", &walks), ("local", &local)] {
             let values = &solution.maps[0].values;
-            let error = plain_error.hypot(values.standard_error_lx[index]);
-            let off = values.illuminance_lx[index] - plain;
-            let value = values.illuminance_lx[index];
+            let error = plain_error.hypot(values.standard_error[index]);
+            let off = values.value[index] - plain;
+            let value = values.value[index];
             assert!(off.abs() < 4.9 * error, "{method} {index}: {value} against {plain} ± {error}");
             if method == "walks" {
                 mean += off / plain / 5.0;
@@ -317,8 +319,8 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
         }
     }
     assert!((rating.glare_sum.value / sum - 1.0).abs() < 2e-3, "{:?} {sum}", rating.glare_sum);
-    let background = upright.maps[0].values.indirect_lx[0] / PI;
-    let background_error = upright.maps[0].values.standard_error_lx[0] / PI;
+    let background = upright.maps[0].values.indirect[0] / PI;
+    let background_error = upright.maps[0].values.standard_error[0] / PI;
     let expected = unified_glare_rating(background, sum).expect("a rating");
     let error = ugr.standard_error.hypot(8.0 / 10f64.ln() * background_error / background);
     assert!((ugr.value - expected).abs() < 4.0 * error, "{ugr:?} {expected} ± {error}");

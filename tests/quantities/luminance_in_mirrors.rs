@@ -129,7 +129,7 @@ fn a_picture_in_mirror_and_pane_is_the_one_drawn_by_hand() {
         let of_seed = |seed: u64| {
             let maps = MapSelection::Receivers;
             let solution = solve(&scene, &Settings { method, seed, chains, maps, ..Settings::default() }, &Silent);
-            solution.maps[0].values.illuminance_lx.clone()
+            solution.maps[0].values.value.clone()
         };
         let runs: Vec<Vec<f64>> = (0..SEEDS).map(of_seed).collect();
         let over_seeds = |values: &[f64]| {

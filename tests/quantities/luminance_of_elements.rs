@@ -42,7 +42,7 @@ fn elements_of_a_mirror_show_what_it_mirrors() {
     let area_m2: f64 = points.iter().map(|point| point.weight).sum();
     assert!((area_m2 - 4.0).abs() < 1e-9, "all of the floor turns to the eye: {area_m2}");
     let mut bright = 0;
-    for (point, value) in points.iter().zip(&values.illuminance_lx) {
+    for (point, value) in points.iter().zip(&values.value) {
         let place_m = point.position_m + point.normal * (point.position_m.z / -point.normal.z);
         // The eye is as high as the panel. The mirrored line therefore reaches that height again after the same distance.
         let meets_m = 2.0 * place_m.x + 1.5;
@@ -85,10 +85,10 @@ fn elements_shine_towards_the_eye_whatever_stands_between() {
     let behind = &values(&scene_of(lacquer, &format!("{sheet}, {board}"), lamp, &towards("[1.4,0.2,1.6]")), 4000)[0];
     let other = &values(&scene_of(lacquer, sheet, lamp, &towards("[-1.4,0.2,1.6]")), 4000)[0];
     let differences = |a: &MapValues, b: &MapValues| {
-        let pairs = a.direct_lx.iter().zip(&b.direct_lx);
+        let pairs = a.direct.iter().zip(&b.direct);
         pairs.map(|(a, b)| (a - b).abs() / b.max(1.0)).fold(0.0, f64::max)
     };
-    assert!(own.direct_lx.iter().copied().fold(0.0, f64::max) > 4.0 * 0.2 * 30.0 / std::f64::consts::PI, "a highlight");
+    assert!(own.direct.iter().copied().fold(0.0, f64::max) > 4.0 * 0.2 * 30.0 / std::f64::consts::PI, "a highlight");
     assert!(differences(own, by_sight) < 2e-3, "{}", differences(own, by_sight));
     assert!(differences(behind, own) < 2e-3, "{}", differences(behind, own));
     assert!(differences(other, own) > 0.1, "the planted fault passed");
@@ -111,11 +111,11 @@ fn in_an_isothermal_room_all_elements_have_its_luminance() {
     let scene = scene_of(materials, room, &lights, eye);
     let solution = with_chains(&scene, SEED, MapSelection::Receivers, 300_000);
     let values = &solution.maps[0].values;
-    assert!(values.illuminance_lx.len() > 100);
-    for (value, error) in values.illuminance_lx.iter().zip(&values.standard_error_lx) {
+    assert!(values.value.len() > 100);
+    for (value, error) in values.value.iter().zip(&values.standard_error) {
         assert!((value - 100.0).abs() < 5.0 * error + 1e-6, "{value} ± {error}");
     }
-    let mean = solution.maps[0].tables[0].average_lx;
+    let mean = solution.maps[0].tables[0].average;
     assert!((mean.value - 100.0).abs() < 4.5 * mean.standard_error, "{mean:?}");
     assert!((1.03 * mean.value - 100.0).abs() > 4.5 * mean.standard_error, "the planted fault passed: {mean:?}");
 }

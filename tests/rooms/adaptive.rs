@@ -40,7 +40,7 @@ fn true_error(scene: &Scene, solution: &Solution, exact_lx: &dyn Fn(DVec3, DVec3
             let corners = luxmc::scene::elements::part_corners(PIECES, piece);
             let [u, v] = [0, 1].map(|k| (corners[0][k] + corners[1][k] + corners[2][k]) / 3.0);
             let exact = exact_lx(a + u * (b - a) + v * (c - a), normal);
-            let shown = if slopes { map.values.at_lx(index, [u, v]) } else { map.values.illuminance_lx[index] };
+            let shown = if slopes { map.values.at_lx(index, [u, v]) } else { map.values.value[index] };
             squares += area_m2 * (shown - exact).powi(2);
             sum += area_m2 * exact;
             area_sum_m2 += area_m2;
@@ -191,7 +191,7 @@ fn adapted_maps_are_the_same_for_any_number_of_threads() {
     let [one, three] = [1, 3].map(with_threads);
     assert!(one.elements.len() > Elements::of(&scene).len());
     assert_eq!(one.elements.len(), three.elements.len());
-    assert_eq!(one.maps[0].values.illuminance_lx, three.maps[0].values.illuminance_lx);
+    assert_eq!(one.maps[0].values.value, three.maps[0].values.value);
     assert_eq!(one.maps[0].values.slopes_lx, three.maps[0].values.slopes_lx);
     assert_eq!(one.maps[0].error, three.maps[0].error);
 }
@@ -254,7 +254,7 @@ fn what_stands_on_a_floor_darkens_nothing_beside_it() {
         let solution = solve(&scene, &settings, &Silent);
         let values = &solution.maps[0].values;
         let (mut squares, mut lit_m2, mut dark_m2) = (0.0, 0.0, 0.0);
-        for (index, lx) in values.illuminance_lx.iter().enumerate() {
+        for (index, lx) in values.value.iter().enumerate() {
             let area_m2 = solution.elements.area_m2(&scene, solution.elements.element(index as u32));
             if *lx < 1.0 {
                 dark_m2 += area_m2;

@@ -89,10 +89,9 @@ fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
             .iter()
             .map(|run| &run.maps[map])
             .inspect(|map| assert_eq!((map.method.as_str(), map.target_met), ("gather", Some(true))))
-            .map(|map| (map.values.illuminance_lx.clone(), map.values.standard_error_lx.clone(), map.error.estimated))
+            .map(|map| (map.values.value.clone(), map.values.standard_error.clone(), map.error.estimated))
             .collect();
-        let against =
-            |truth: &Solution| campaign(&of_map, &truth.maps[map].values.illuminance_lx, &weights, target_error);
+        let against = |truth: &Solution| campaign(&of_map, &truth.maps[map].values.value, &weights, target_error);
         let found = against(&truth);
         let told = format!(
             "{kind:?}: met {}, covered {}, mean z {}, bias {} of the stated error",
@@ -131,7 +130,7 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
         let of_map: Vec<_> = runs
             .iter()
             .map(|run| &run.maps[set])
-            .map(|map| (map.values.illuminance_lx.clone(), map.values.standard_error_lx.clone(), map.error.estimated))
+            .map(|map| (map.values.value.clone(), map.values.standard_error.clone(), map.error.estimated))
             .collect();
         let mean_lx = truth_lx.iter().sum::<f64>() / truth_lx.len() as f64;
         // Errors of the stored points are independent, which makes the error of their mean smaller.
@@ -164,8 +163,8 @@ fn agrees_with_walks(text: &str) {
     let runs: Vec<Solution> = seeds.map(|seed| gathered(&scene, seed, MapSelection::Receivers, target_error)).collect();
     for (map, walked) in walked.maps.iter().enumerate() {
         assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
-        let one = walked.tables[0].average_lx;
-        let found: Vec<_> = runs.iter().map(|run| run.maps[map].tables[0].average_lx).collect();
+        let one = walked.tables[0].average;
+        let found: Vec<_> = runs.iter().map(|run| run.maps[map].tables[0].average).collect();
         let count = found.len() as f64;
         let mean_lx = found.iter().map(|average| average.value).sum::<f64>() / count;
         let squares: f64 = found.iter().map(|average| average.standard_error.powi(2)).sum();
@@ -225,8 +224,8 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
             pool.install(|| solve(&scene, &settings, &Silent))
         });
         for (one, other) in runs[0].maps.iter().zip(&runs[1].maps) {
-            assert_eq!(one.values.illuminance_lx, other.values.illuminance_lx);
-            assert_eq!(one.values.standard_error_lx, other.values.standard_error_lx);
+            assert_eq!(one.values.value, other.values.value);
+            assert_eq!(one.values.standard_error, other.values.standard_error);
         }
         assert_eq!(runs[0].rays, runs[1].rays);
     }
@@ -276,7 +275,7 @@ fn a_dark_room_beside_a_lit_one_is_reported_to_be_dark() {
         let settings = Settings { method, target_error: Some(0.05), maps: MapSelection::All, ..Settings::default() };
         let solution = solve(&scene, &settings, &Silent);
         let dark = solution.maps.iter().find(|map| map.name == "dark").expect("the receivers");
-        assert!(dark.values.illuminance_lx.iter().all(|lx| *lx == 0.0), "{:?}", dark.values.illuminance_lx);
+        assert!(dark.values.value.iter().all(|lx| *lx == 0.0), "{:?}", dark.values.value);
     }
 }
 
@@ -320,13 +319,13 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     ));
     let exactly = Settings { target_error: Some(1e-3), maps: MapSelection::Elements, ..Settings::default() };
     let truth = solve_by_radiosity(&scene, &exactly, &Silent).unwrap_or_else(|error| panic!("{error}"));
-    let truth_lx = &truth.maps[0].values.illuminance_lx;
+    let truth_lx = &truth.maps[0].values.value;
     let runs: Vec<_> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::Elements, target_error)).collect();
     let weights = weights(&scene, MapKind::Elements);
     let weighted = |of: &dyn Fn(usize) -> f64| (0..weights.len()).map(|i| weights[i] * of(i)).sum::<f64>();
     let mean_lx = weighted(&|i| truth_lx[i]) / weights.iter().sum::<f64>();
     let true_error = |run: &Solution| {
-        let off = |i: usize| (run.maps[0].values.illuminance_lx[i] - truth_lx[i]).powi(2);
+        let off = |i: usize| (run.maps[0].values.value[i] - truth_lx[i]).powi(2);
         (weighted(&off) / weights.iter().sum::<f64>()).sqrt() / mean_lx
     };
     let errors: Vec<f64> = runs.iter().map(true_error).collect();
@@ -346,8 +345,8 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
             let (mut inside, mut all) = (0, 0);
             for values in runs.iter().map(|run| &run.maps[0].values) {
                 for element in (0..walls.len()).filter(|element| walls[*element] == near) {
-                    let bar_lx = values.standard_error_lx[element];
-                    let off_lx = values.illuminance_lx[element] + fault * bar_lx - truth_lx[element];
+                    let bar_lx = values.standard_error[element];
+                    let off_lx = values.value[element] + fault * bar_lx - truth_lx[element];
                     inside += usize::from(off_lx.abs() <= T15_QUANTILE_95_4 * bar_lx);
                     all += 1;
                 }
@@ -436,7 +435,7 @@ fn surfaces_that_only_luminaires_light_are_gathered_without_chains() {
     let (gathered, walked) = (run(Method::Gather), run(Method::Collision));
     assert!(gathered.target_met == Some(true) && gathered.rays < 10 * walked.rays, "{}", gathered.rays);
     let mean = |run: &Solution| {
-        let values = &run.maps[0].values.illuminance_lx;
+        let values = &run.maps[0].values.value;
         values.iter().sum::<f64>() / values.len() as f64
     };
     assert!((mean(&gathered) / mean(&walked) - 1.0).abs() < 0.02, "{} {}", mean(&gathered), mean(&walked));

@@ -51,7 +51,7 @@ fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {
 /// Rows of the tables of surfaces: name, average, and area in m².
 fn surfaces(solution: &Solution) -> Vec<(String, Estimate, f64)> {
     let rows = map(solution, "elements").tables.iter().filter(|row| row.kind.name() == "surface");
-    rows.map(|row| (row.name.clone(), row.average_lx, row.area_m2)).collect()
+    rows.map(|row| (row.name.clone(), row.average, row.area_m2)).collect()
 }
 
 /// Flux in lm on all surfaces whose name begins with `name`, with its standard error from the replicas.
@@ -59,10 +59,10 @@ fn flux_lm(solution: &Solution, name: &str) -> (f64, f64) {
     let rows = map(solution, "elements").tables.iter().filter(|row| row.kind.name() == "surface");
     let chosen: Vec<_> = rows.filter(|row| row.name.starts_with(name)).collect();
     assert!(!chosen.is_empty(), "no surface {name}: {:?}", surfaces(solution));
-    let value: f64 = chosen.iter().map(|row| row.average_lx.value * row.area_m2).sum();
-    let replicas = chosen[0].replica_averages_lx.len();
+    let value: f64 = chosen.iter().map(|row| row.average.value * row.area_m2).sum();
+    let replicas = chosen[0].replica_averages.len();
     let fluxes: Vec<f64> = (0..replicas)
-        .map(|replica| chosen.iter().map(|row| row.replica_averages_lx[replica] * row.area_m2).sum())
+        .map(|replica| chosen.iter().map(|row| row.replica_averages[replica] * row.area_m2).sum())
         .collect();
     let (count, mean) = (replicas as f64, fluxes.iter().sum::<f64>() / replicas as f64);
     let variance = fluxes.iter().map(|flux| (flux - mean).powi(2)).sum::<f64>() / (count - 1.0);
@@ -170,7 +170,7 @@ fn the_dark_side_of_a_shared_wall_gets_exactly_nothing() {
         room("dark", [1.0, 0.0, 0.0], [2.0, 1.0, 1.0], "paint")
     );
     let solution = with_chains(&scene(0.9, &rooms, &lamp([0.5; 3]), ""), 1, elements(), 200_000);
-    let values = &map(&solution, "elements").values.illuminance_lx;
+    let values = &map(&solution, "elements").values.value;
     assert!(values[..12].iter().all(|lx| *lx > 0.0), "{values:?}");
     assert!(values[12..].iter().all(|lx| *lx == 0.0), "{values:?}");
 }
@@ -216,7 +216,7 @@ fn luminaires_in_surfaces_light_the_side_that_they_aim_at() {
     let spot = r#"{ "name": "spot", "type": "point", "distribution": "lambertian", "position": [2,2,3], "intensity_cd": 900 }"#;
     let probe = r#"{ "name": "p", "type": "grid", "origin": [2,2,0], "u": [1e-6,0,0], "v": [0,1e-6,0], "columns": 1, "rows": 1 }"#;
     let solution = with_chains(&scene(0.5, &geometry, spot, probe), 1, elements(), 100_000);
-    let below_lx = map(&solution, "p").values.illuminance_lx[0];
+    let below_lx = map(&solution, "p").values.value[0];
     assert!((below_lx / 100.0 - 1.0).abs() < 1e-5, "{below_lx}");
     let found = flux_lm(&solution, "r");
     assert!(is_near(found, 900.0 * PI) && !is_near(found, 0.98 * 900.0 * PI), "{found:?}");
@@ -282,8 +282,8 @@ fn a_room_a_thousand_kilometres_away_has_the_same_light() {
         assert!(moved <= 1e-5, "{name}: {moved:e}");
     }
     let (here, there) = (&map(&here, "elements").values, &map(&there, "elements").values);
-    for (index, (one, other)) in here.illuminance_lx.iter().zip(&there.illuminance_lx).enumerate() {
-        assert!((one - other).abs() <= 0.1 * here.standard_error_lx[index], "element {index}: {one} and {other}");
+    for (index, (one, other)) in here.value.iter().zip(&there.value).enumerate() {
+        assert!((one - other).abs() <= 0.1 * here.standard_error[index], "element {index}: {one} and {other}");
     }
 }
 

@@ -71,7 +71,7 @@ fn a_closed_lumpy_body_holds_its_light_and_leaks_none() {
     let expected_lx = 1000.0 / (area_m2 * 0.3);
     let solution = solved(&scene, Method::Collision, 400_000, MapSelection::Elements);
     let values = &solution.maps[0].values;
-    let mean_lx = mean_of(&scene, &solution, "body", |index| values.illuminance_lx[index]);
+    let mean_lx = mean_of(&scene, &solution, "body", |index| values.value[index]);
     // 400,000 chains with 10/3 arrivals each: the number of arrivals has the variance ρ/(1−ρ)² per chain.
     let sigma = (0.7f64 / 0.3 / 0.3 / 400_000.0).sqrt() * 0.3;
     let off = (mean_lx / expected_lx - 1.0) / sigma;
@@ -102,18 +102,16 @@ fn white_bodies_change_nothing_in_an_isothermal_room_whatever_the_method() {
         let solution = solved(&scene, method, chains, MapSelection::All);
         for map in &solution.maps {
             // The limit is 5 σ for the points and 9 σ for each of some thousand elements.
-            let within = if map.values.illuminance_lx.len() > 100 { 9.0 } else { WITHIN };
-            for (index, (lx, error_lx)) in
-                map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx).enumerate()
-            {
+            let within = if map.values.value.len() > 100 { 9.0 } else { WITHIN };
+            for (index, (lx, error_lx)) in map.values.value.iter().zip(&map.values.standard_error).enumerate() {
                 assert!(
                     (lx - expected_lx).abs() <= within * error_lx.max(1e-3 * expected_lx),
                     "{method:?} {index}: {lx} ± {error_lx}, exact {expected_lx}"
                 );
             }
         }
-        let elements = solution.maps.iter().find(|map| map.values.illuminance_lx.len() > 100).expect("an element map");
-        let mean_lx = mean_of(&scene, &solution, "body", |index| elements.values.illuminance_lx[index]);
+        let elements = solution.maps.iter().find(|map| map.values.value.len() > 100).expect("an element map");
+        let mean_lx = mean_of(&scene, &solution, "body", |index| elements.values.value[index]);
         assert!((mean_lx / expected_lx - 1.0).abs() < 0.01, "{method:?}: {mean_lx}");
         assert!((mean_lx * (1.0 + PLANTED) / expected_lx - 1.0).abs() > 0.01);
     }

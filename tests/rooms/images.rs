@@ -40,7 +40,7 @@ fn by_walks(scene: &Scene, method: Method, walks: u64) -> (f64, f64) {
         let chains = Some(walks * scene.receivers[0].points.len() as u64);
         let settings = Settings { method, seed, chains, maps: MapSelection::Receivers, ..Settings::default() };
         let solution = solve(scene, &settings, &Silent);
-        let values = &solution.maps[0].values.indirect_lx;
+        let values = &solution.maps[0].values.indirect;
         values.iter().sum::<f64>() / values.len() as f64
     })
 }
@@ -61,7 +61,7 @@ fn by_chains(scene: &Scene, chains: u64) -> (f64, f64) {
             ..Settings::default()
         };
         let solution = solve(scene, &settings, &Silent);
-        let values = solution.maps[0].values.indirect_lx.iter().enumerate();
+        let values = solution.maps[0].values.indirect.iter().enumerate();
         let on_floor: Vec<f64> = values.filter(|(index, _)| is_floor(*index)).map(|(_, lx)| *lx).collect();
         on_floor.iter().sum::<f64>() / on_floor.len() as f64
     })

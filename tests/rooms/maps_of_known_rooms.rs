@@ -13,7 +13,7 @@ fn mean_indirect_lx(scene: &Scene, solution: &Solution) -> f64 {
     let elements = Elements::of(scene);
     let map = &solution.maps[0];
     let (mut sum, mut area) = (0.0, 0.0);
-    for (index, indirect_lx) in map.values.indirect_lx.iter().enumerate() {
+    for (index, indirect_lx) in map.values.indirect.iter().enumerate() {
         let area_m2 = elements.area_m2(scene, elements.element(index as u32));
         sum += area_m2 * indirect_lx;
         area += area_m2;
@@ -76,10 +76,10 @@ fn the_map_of_the_cube_is_that_of_radiosity_with_exact_form_factors() {
         let solution = to_target(&scene, seed, MapSelection::Receivers, 0.01);
         let values = &solution.maps[0].values;
         for (index, exact_lx) in exact.iter().enumerate() {
-            let z = (values.illuminance_lx[index] - exact_lx) / values.standard_error_lx[index];
+            let z = (values.value[index] - exact_lx) / values.standard_error[index];
             inside += u32::from(z.abs() < T15_QUANTILE_95_4);
             all += 1;
-            sums[index] += values.illuminance_lx[index] / exact_lx - 1.0;
+            sums[index] += values.value[index] / exact_lx - 1.0;
         }
     }
     for sum in &sums {
@@ -172,7 +172,7 @@ fn an_isothermal_office_has_the_same_illuminance_everywhere_within_its_error_bar
         for (kind, map) in solution.maps.iter().enumerate() {
             let mut sum = 0.0;
             let mut count = 0.0;
-            for (illuminance_lx, error_lx) in map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx) {
+            for (illuminance_lx, error_lx) in map.values.value.iter().zip(&map.values.standard_error) {
                 let z = (illuminance_lx - truth_lx) / error_lx;
                 inside[kind] += u32::from(z.abs() < T15_QUANTILE_95_4);
                 all[kind] += 1;
@@ -199,9 +199,9 @@ fn a_black_scene_traces_no_chains() {
     let solution = to_target(&scene, 0, MapSelection::All, 0.01);
     assert_eq!(solution.chains, 0);
     assert_eq!(solution.stop_reason, StopReason::Exact);
-    assert!(solution.maps.iter().all(|map| map.values.indirect_lx.iter().all(|lx| *lx == 0.0)));
-    assert!(solution.maps[0].values.standard_error_lx.iter().all(|error_lx| *error_lx < 1e-9));
-    let area_mean: f64 = solution.maps[0].tables.iter().map(|row| row.average_lx.value * row.area_m2).sum();
+    assert!(solution.maps.iter().all(|map| map.values.indirect.iter().all(|lx| *lx == 0.0)));
+    assert!(solution.maps[0].values.standard_error.iter().all(|error_lx| *error_lx < 1e-9));
+    let area_mean: f64 = solution.maps[0].tables.iter().map(|row| row.average.value * row.area_m2).sum();
     assert!((area_mean / 10_000.0 - 1.0).abs() < 1e-12, "all of the flux arrives: {area_mean}");
 }
 
@@ -258,7 +258,7 @@ fn runs_that_say_target_met_are_at_or_under_it() {
     let (mut met, mut true_squares, mut chains) = (0, 0.0, 0.0);
     for seed in 0..seeds {
         let solution = to_target(&scene, seed, MapSelection::Elements, target_error);
-        let values = &solution.maps[0].values.illuminance_lx;
+        let values = &solution.maps[0].values.value;
         let (mut squares, mut sum, mut area) = (0.0, 0.0, 0.0);
         for (index, (value, exact)) in values.iter().zip(&exact).enumerate() {
             let area_m2 = elements.area_m2(&scene, elements.element(index as u32));

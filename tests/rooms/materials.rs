@@ -48,7 +48,7 @@ const PLANTED_IN_FURNACE: f64 = 1.11;
 /// Asserts that every entry of a map has the exact value within its own error bar, and that the error bar is below a limit. Exact values
 /// changed by the planted fault must be refused.
 fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, planted: f64, what: &str) {
-    for (entry, (value, error)) in map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx).enumerate() {
+    for (entry, (value, error)) in map.values.value.iter().zip(&map.values.standard_error).enumerate() {
         let expected = exact(entry);
         let deviation = value - expected;
         let allowed = MOST_DEVIATIONS * error + 1e-6 * expected;
@@ -58,7 +58,7 @@ fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, 
             "{what}, entry {entry}: the error bar {error} of {expected} is too wide"
         );
     }
-    let values = map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx);
+    let values = map.values.value.iter().zip(&map.values.standard_error);
     let is_refused = values.enumerate().any(|(entry, (value, error))| {
         (value - planted * exact(entry)).abs() > MOST_DEVIATIONS * error + 1e-6 * exact(entry)
     });
@@ -68,7 +68,7 @@ fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, 
 /// Asserts that the mean over a map is the exact value within 0.3 % and its error bar.
 fn assert_average(map: &MapResult, name: &str, exact: f64, tolerance: f64, planted: f64) {
     let row = map.tables.iter().find(|row| row.name == name).expect("a row of that name");
-    let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
+    let (value, error) = (row.average.value, row.average.standard_error);
     assert!(
         (value - exact).abs() < MOST_DEVIATIONS * error + 1e-6 * exact,
         "{name}: {value} ± {error}, exactly {exact}"
@@ -110,7 +110,7 @@ fn images_in_two_parallel_mirrors_are_found_once_each() {
         let solution = solved(&json, MapSelection::Receivers, 300_000);
         let map = map(&solution, "floor points");
         assert_values(map, |entry| exact[entry], 1e-3, PLANTED, &format!("reflectance {reflectance}"));
-        for (value, expected) in map.values.illuminance_lx.iter().zip(exact) {
+        for (value, expected) in map.values.value.iter().zip(exact) {
             assert!((value / expected - 1.0).abs() < 3e-3, "{value} {expected}");
         }
         assert!(solution.paths_not_found.is_empty());
@@ -267,13 +267,13 @@ fn light_through_a_pane_is_direct_and_dimmed_by_its_angle() {
         let expected = transmittance * 1000.0 * cos.powi(3) / 4.0;
         // The planted fault: a pane of n = 1.55.
         let of_another = (2.0f64 * 1.55 / (1.0 + 1.55 * 1.55)) / (2.0 * 1.52 / (1.0 + 1.52 * 1.52)) * expected;
-        assert!(i > 3 || (values.direct_lx[i] / of_another - 1.0).abs() > 2e-4);
-        assert!((values.direct_lx[i] / expected - 1.0).abs() < 2e-4, "{} {expected}", values.direct_lx[i]);
-        assert!(values.indirect_lx[i] < 1e-9 * expected, "nothing is reflected back to the floor");
+        assert!(i > 3 || (values.direct[i] / of_another - 1.0).abs() > 2e-4);
+        assert!((values.direct[i] / expected - 1.0).abs() < 2e-4, "{} {expected}", values.direct[i]);
+        assert!(values.indirect[i] < 1e-9 * expected, "nothing is reflected back to the floor");
     }
     // Forward chains agree: direct light on the floor's elements is not deposited a second time.
     let elements = map(&solution, "elements");
-    assert!(elements.values.indirect_lx.iter().take(2).all(|lx| *lx == 0.0));
+    assert!(elements.values.indirect.iter().take(2).all(|lx| *lx == 0.0));
     let balance = solution.flux_balance.expect("chains were traced");
     assert!((balance.absorbed_lm + balance.escaped_lm + balance.back_face_lm) / balance.emitted_lm - 1.0 < 1e-12);
 }
@@ -291,7 +291,7 @@ fn a_pane_lets_pass_its_visible_transmittance_where_it_is_glass() {
                "luminaires": [ {{ "name": "lamp", "type": "point", "position": [0,0,2], "intensity_cd": 1000 }} ],
                "receivers": [ {{ "name": "points", "type": "points", "file": {points:?} }} ] }}"#
         );
-        let direct_lx = map(&solved(&json, MapSelection::Receivers, 16_000), "points").values.direct_lx[0];
+        let direct_lx = map(&solved(&json, MapSelection::Receivers, 16_000), "points").values.direct[0];
         let expected_lx = transmittance * glazed_share * 250.0;
         assert!((direct_lx / expected_lx - 1.0).abs() < 1e-6, "{direct_lx} {expected_lx}");
         assert!((direct_lx / (1.01 * expected_lx) - 1.0).abs() > 1e-6, "the planted fault passed");
@@ -346,13 +346,12 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
         // Mean over the panel by Simpson's rule.
         let exact = (series(phi - 0.5 * width) + 4.0 * series(phi) + series(phi + 0.5 * width)) / 6.0;
         let row = elements.tables.iter().find(|row| row.name == format!("w{side}")).expect("a wall");
-        let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
+        let (value, error) = (row.average.value, row.average.standard_error);
         assert!((value - exact).abs() < 6.0 * error + 3e-3 * exact, "{side}: {value} ± {error}, exactly {exact}");
         // The planted fault.
         assert!((value - PLANTED_IN_WALLS * exact).abs() > 6.0 * error + 3e-3 * exact, "{side}: ± {error} hides it");
     }
-    let mean: f64 =
-        elements.tables.iter().filter(|row| row.name.starts_with('w')).map(|row| row.average_lx.value).sum();
+    let mean: f64 = elements.tables.iter().filter(|row| row.name.starts_with('w')).map(|row| row.average.value).sum();
     let expected = flux_lm_m / TAU / (1.0 - reflectance) * f64::from(SIDES);
     assert!((mean / expected - 1.0).abs() < 5e-3, "{mean} {expected}");
     assert!((mean / expected - 1.01).abs() > 5e-3, "{mean} {expected}: the planted fault passed");
@@ -361,9 +360,9 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
     let points = &map(&seen, "points").values;
     for (point, side) in [(0, SIDES / 2 - 1), (1, SIDES / 4 - 1)] {
         let row = elements.tables.iter().find(|row| row.name == format!("w{side}")).expect("a wall");
-        let (value, error) = (points.illuminance_lx[point], points.standard_error_lx[point]);
-        let wide = 8.0 * (error + row.average_lx.standard_error) + 0.02 * value;
-        assert!((value - row.average_lx.value).abs() < wide, "{value} ± {error} {}", row.average_lx.value);
+        let (value, error) = (points.value[point], points.standard_error[point]);
+        let wide = 8.0 * (error + row.average.standard_error) + 0.02 * value;
+        assert!((value - row.average.value).abs() < wide, "{value} ± {error} {}", row.average.value);
         assert!(error < 0.02 * value, "{value} ± {error}");
     }
 }

@@ -71,7 +71,7 @@ fn the_cube_of_cie_171_case_5_8_is_met_at_points_and_on_average() {
     assert_eq!(solution.stop_reason, StopReason::TargetMet, "{:?}", solution.convergence);
     let elements = &solution.maps[0];
     for row in &elements.tables {
-        assert!((row.average_lx.value - 208.3333).abs() < 0.01, "{row:?}");
+        assert!((row.average.value - 208.3333).abs() < 0.01, "{row:?}");
     }
     let check = solution.map_check.clone().expect("a closed room");
     assert!((check.absorbed_by_map_lm / 10_000.0 - 1.0).abs() < 1e-4, "{check:?}");
@@ -88,8 +88,8 @@ fn the_middle_of_a_face_has_the_known_indirect_illuminance() {
     let solution = to_target(&scene, MapSelection::Receivers, 1e-5);
     let (values, direct_lx) = (&solution.maps[0].values, 10_000.0 / (4.0 * PI) / 4.0);
     println!("centre {values:?}");
-    assert!((values.indirect_lx[0] - 112.038).abs() < 0.003, "{values:?}");
-    assert!((values.direct_lx[0] - direct_lx).abs() < 1e-9, "{values:?}");
+    assert!((values.indirect[0] - 112.038).abs() < 0.003, "{values:?}");
+    assert!((values.direct[0] - direct_lx).abs() < 1e-9, "{values:?}");
 }
 
 #[test]
@@ -106,12 +106,12 @@ fn every_element_of_the_bright_cube_is_exact_to_its_stated_error() {
     let numbers: Vec<u32> = elements.of_triangle(0).step_by(5).collect();
     for index in &numbers {
         let exact = truth.triangle_mean(elements.corners_m(&scene, elements.element(*index))).expect("on a face");
-        let off_lx = values.illuminance_lx[*index as usize] - exact.total_lx();
-        let stated_lx = values.standard_error_lx[*index as usize] + exact.estimated_error_lx;
+        let off_lx = values.value[*index as usize] - exact.total_lx();
+        let stated_lx = values.standard_error[*index as usize] + exact.estimated_error_lx;
         squares += (off_lx / exact.total_lx()).powi(2);
         beyond += usize::from(off_lx.abs() > stated_lx);
         worst = worst.max(off_lx.abs() / stated_lx);
-        assert!((values.direct_lx[*index as usize] / exact.direct_lx - 1.0).abs() < 1e-9);
+        assert!((values.direct[*index as usize] / exact.direct_lx - 1.0).abs() < 1e-9);
     }
     let rms = (squares / numbers.len() as f64).sqrt();
     println!(
@@ -134,13 +134,13 @@ fn a_room_of_tiles_agrees_with_chains() {
     let chains = common::with_chains(&scene, 1, MapSelection::All, 400_000);
     let mut compared = Vec::new();
     for (one, other) in solution.maps[0].tables.iter().zip(&chains.maps[0].tables) {
-        compared.push((one.name.clone(), one.average_lx, other.average_lx));
+        compared.push((one.name.clone(), one.average, other.average));
     }
     let (one, other) = (&solution.maps[1].values, &chains.maps[1].values);
     for i in 0..9 {
         let estimate = |values: &luxmc::maps::MapValues| luxmc::maps::Estimate {
-            value: values.illuminance_lx[i],
-            standard_error: values.standard_error_lx[i],
+            value: values.value[i],
+            standard_error: values.standard_error[i],
         };
         compared.push((format!("point {i}"), estimate(one), estimate(other)));
     }

@@ -43,7 +43,7 @@ fn walks_go_where_points_scatter_and_no_mean_moves() {
             let solution = to_target_by(&scene, method, seed as u64, MapSelection::Receivers, 0.01);
             assert_eq!(solution.maps[0].method, "walk");
             rays[way] += solution.rays;
-            let values = &solution.maps[0].values.illuminance_lx;
+            let values = &solution.maps[0].values.value;
             *lit = values[..LIT].iter().sum::<f64>() / LIT as f64;
             *dim = values[LIT..].iter().sum::<f64>() / DIM as f64;
         }

@@ -25,9 +25,9 @@ fn sample_scenes_give_their_expected_averages() {
                 .filter(|table| table.name == row[1] || table.name.starts_with(&format!("{}/", &row[1])))
                 .collect();
             let area: f64 = parts.iter().map(|part| part.area_m2).sum();
-            let average_lx = parts.iter().map(|part| part.average_lx.value * part.area_m2).sum::<f64>() / area;
+            let average_lx = parts.iter().map(|part| part.average.value * part.area_m2).sum::<f64>() / area;
             // Parts of one map are correlated: their errors add linearly at most.
-            let error_lx = parts.iter().map(|part| part.average_lx.standard_error * part.area_m2).sum::<f64>() / area;
+            let error_lx = parts.iter().map(|part| part.average.standard_error * part.area_m2).sum::<f64>() / area;
             let combined_lx = error_lx.hypot(expected_error_lx);
             let z = (average_lx - expected_lx) / combined_lx;
             assert!(

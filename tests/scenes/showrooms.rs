@@ -48,7 +48,7 @@ fn corridor_and_gallery_give_the_expected_averages() {
         for (row_name, expected) in *averages {
             let rows = solution.maps.iter().flat_map(|map| &map.tables);
             let row = rows.clone().find(|row| row.name == *row_name && row.side == "front").expect("a row");
-            let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
+            let (value, error) = (row.average.value, row.average.standard_error);
             let allowed = BARS * error + LONG_RUN * expected;
             assert!(allowed < MOST_ALLOWED * expected, "{name}, {row_name}: {value} ± {error}");
             // The planted fault: three twentieths of all light are lost.

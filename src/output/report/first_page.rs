@@ -120,7 +120,7 @@ impl Report<'_> {
         let main = self.main_map().map(|map| map.name.as_str());
         let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
         let row = rows.iter().find(|row| Some(row.name.as_str()) == main).or(rows.first());
-        if let Some(row) = row.filter(|row| row.average_lx.is_known()) {
+        if let Some(row) = row.filter(|row| row.average.is_known()) {
             sentences.push(say!("On {} the average illuminance is {}.", escaped(&row.name), light_words(row)));
         }
         let count = self.scene.luminaires.len();
@@ -179,7 +179,7 @@ impl Report<'_> {
             );
             facts.push((
                 say!("Average on {}", escaped(&row.name)),
-                format!("{} lx{uniformity}", super::lux_markup(row.average_lx, super::alone)),
+                format!("{} lx{uniformity}", super::lux_markup(row.average, super::alone)),
             ));
         }
         let count = self.scene.luminaires.len();
@@ -227,7 +227,7 @@ impl Report<'_> {
 
 /// Average, least, greatest and uniformity of a row in words, as markup.
 fn light_words(row: &TableRow) -> String {
-    let average = super::lux_markup(row.average_lx, super::with_error);
+    let average = super::lux_markup(row.average, super::with_error);
     if !row.knows_extremes() {
         return format!("{average} lx");
     }

@@ -138,9 +138,9 @@ impl Report<'_> {
         let grids = self.rows(|kind| kind == TableKind::Grid);
         let per_100_lx: Vec<String> = grids
             .iter()
-            .filter(|row| row.average_lx.value > 0.0)
+            .filter(|row| row.average.value > 0.0)
             .map(|row| {
-                let specific = per_m2 * 100.0 / row.average_lx.value;
+                let specific = per_m2 * 100.0 / row.average.value;
                 say!("{} W/m² for every 100 lx on {}", ratio(specific), escaped(&row.name))
             })
             .collect();

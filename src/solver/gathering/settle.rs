@@ -109,7 +109,7 @@ impl GatheringProgress {
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
-        let sums = residuals.sums_lx.par_iter_mut().zip(&mut residuals.first_steps_lx);
+        let sums = residuals.sums.par_iter_mut().zip(&mut residuals.first_steps);
         let replicas = self.records.par_iter().with_max_len(1).zip(sums).enumerate();
         let each = replicas.map(|(replica, (records, (walked, stepped)))| {
             let cells = sets.of(replica);

@@ -24,7 +24,7 @@ impl Job {
     /// left. The unfinished part of that pass is discarded. Counting takes about `most_s` seconds at most, or one slice of chains.
     pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64, most_s: f64) {
         let (rays, started) = (self.work.rays, Instant::now());
-        self.map.direct_lx.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
         let goal = chains_per_replica.max(1);
         while self.map.indirect_samples.complete < goal {
             let slice_started = Instant::now();

@@ -31,7 +31,7 @@ impl Job {
                 map: &self.map,
                 coarse: self.adapting.coarse.as_ref(),
                 loss: &self.adapting.loss,
-                mean_lx: self.judgement.mean_lx,
+                mean_lx: self.judgement.mean,
                 spent: Spent { direct, gathered: self.kept_rays() as f64 - direct },
             };
             adaptive.refined(context, &looked, |error_lx| self.rays_to_chance(error_lx))
@@ -97,7 +97,7 @@ impl Job {
         }
         let pilot_rays = self.work.pilot_rays - cutting.rays();
         // Two maps at a time may not fit into memory.
-        (self.map, self.adapting.coarse) = (ReplicaMap::new(0, Unit::Lux), None);
+        (self.map, self.adapting.coarse) = (ReplicaMap::new(0, Unit::Scores), None);
         let (elements, adaptive) = cutting.end(context);
         let (map, weights) = element_map(context, &elements, Some(adaptive.shows()));
         *self = Job::new(context, self.kind, elements, Some(adaptive), map, weights, self.bound);
@@ -118,7 +118,7 @@ impl Job {
     /// Rays, approximately, that reduce the random error to `error_lx` in lx.
     fn rays_to_chance(&self, error_lx: f64) -> f64 {
         let counted = || {
-            let now_lx = self.judgement.expected_error * self.judgement.mean_lx;
+            let now_lx = self.judgement.expected_error * self.judgement.mean;
             self.kept_rays() as f64 * ((now_lx / error_lx).powi(2) - 1.0).max(0.0)
         };
         self.gathering_parts().map_or_else(counted, |parts| parts.growth(error_lx).rays)
@@ -135,7 +135,7 @@ impl Job {
         }
         adaptive.stand_on(coarse);
         self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
-        self.map.indirect_unit_lx = Unit::Lux;
+        self.map.indirect_unit = Unit::Scores;
         Refinement::OfDirect
     }
 
@@ -150,7 +150,7 @@ impl Job {
             .iter()
             .map(|site| self.weights[*site] * self.adapting.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
         let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
-        let discretisation = if judgement.mean_lx > 0.0 { lost_lx2.sqrt() / judgement.mean_lx } else { 0.0 };
+        let discretisation = if judgement.mean > 0.0 { lost_lx2.sqrt() / judgement.mean } else { 0.0 };
         Judgement { discretisation, ..judgement }.error_of_part()
     }
 
@@ -167,7 +167,7 @@ impl Job {
     /// Whether its elements lose more than the target allows and cannot be cut further.
     pub fn is_finest(&self) -> bool {
         let adaptive = self.adapting.adaptive.as_ref().filter(|_| !self.met && self.looks.judged_samples > 0);
-        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.adapting.loss, self.judgement.mean_lx))
+        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.adapting.loss, self.judgement.mean))
     }
 
     /// Numbers that an element of the map shows, as an area-weighted mean: its own value and its slopes.
@@ -204,11 +204,11 @@ impl Job {
                 slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();
             values.in_contact = adaptive.contact_free.iter().map(|contact_free| *contact_free == 0.0).collect();
             for site in (0..values.in_contact.len()).filter(|site| values.in_contact[*site]) {
-                values.illuminance_lx[site] = 0.0;
-                values.halves_lx[site] = [0.0; 2];
-                values.standard_error_lx[site] = 0.0;
-                values.direct_lx[site] = 0.0;
-                values.indirect_lx[site] = 0.0;
+                values.value[site] = 0.0;
+                values.halves[site] = [0.0; 2];
+                values.standard_error[site] = 0.0;
+                values.direct[site] = 0.0;
+                values.indirect[site] = 0.0;
             }
             values.discretisation_lx = self.discretisation_lx();
         }

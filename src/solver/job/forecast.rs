@@ -135,7 +135,7 @@ impl Job {
     /// walks or counts. `None` if the pilot found no light.
     pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
         match &self.looks.latest {
-            Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
+            Some((judgement, _)) if judgement.mean > 0.0 => Some(ErrorParts::of(judgement)),
             _ => self.adapting.before_cut.map(|before| before.error).or_else(|| self.error_by_pilot(context)),
         }
     }
@@ -160,7 +160,7 @@ impl Job {
             return;
         }
         let mut judgement = judge(&self.map, self.weights.iter().copied().enumerate());
-        if judgement.mean_lx > 0.0 && !judgement.unseen {
+        if judgement.mean > 0.0 && !judgement.unseen {
             // What elements cannot show stays as it was.
             judgement.discretisation = self.looks.latest.map_or(0.0, |(seen, _)| seen.discretisation);
             self.forecast_from(judgement);
@@ -179,7 +179,7 @@ impl Job {
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
         match (&self.looks.latest, self.rays_left_to_gather()) {
             (_, Some(rays)) => Some(self.left_by_plan(rays)),
-            (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
+            (Some((judgement, samples)), None) if judgement.mean > 0.0 && *samples > 0 => {
                 Some(self.left_by_look(context, target))
             }
             _ => self.left_by_pilot(context, target).map(|left| self.at_least_as_before(left)),

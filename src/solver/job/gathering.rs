@@ -264,7 +264,7 @@ impl Job {
 
     /// Begins gathering anew on the present elements. Cells are kept.
     pub fn begin_gathering(&mut self, context: &Context) {
-        self.map.indirect_unit_lx = Unit::Lux;
+        self.map.indirect_unit = Unit::Scores;
         if let (Some(coarse), Some(adaptive)) = (&self.adapting.coarse, &mut self.adapting.adaptive) {
             adaptive.stand_on(coarse);
             self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
@@ -338,7 +338,7 @@ impl Job {
         self.map.forget_indirect_scores();
         if self.kind == MapKind::Elements {
             let shows = self.adapting.adaptive.as_ref().map(Adaptive::shows);
-            self.map.indirect_unit_lx = element_map(context, &self.elements, shows).0.indirect_unit_lx;
+            self.map.indirect_unit = element_map(context, &self.elements, shows).0.indirect_unit;
         }
         if let Some(adaptive) = &mut self.adapting.adaptive {
             adaptive.detail.restart_indirect();
@@ -388,11 +388,11 @@ impl Job {
         let Some(parts) = self.gathering_parts() else {
             return;
         };
-        let growth = match target.filter(|_| !self.looks.refused && self.judgement.mean_lx > 0.0) {
+        let growth = match target.filter(|_| !self.looks.refused && self.judgement.mean > 0.0) {
             // What elements cannot show takes its part of the target.
             Some(target) => {
                 let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
-                let chance_lx = share.sqrt() * target * self.judgement.mean_lx;
+                let chance_lx = share.sqrt() * target * self.judgement.mean;
                 self.gathering.bounds = Some(parts.bounds(chance_lx));
                 parts.growth(chance_lx)
             }

@@ -24,9 +24,9 @@ impl Job {
         self.looks.history.add(PastJudgement {
             samples: self.samples,
             rays: self.work.rays,
-            squared_error_lx2: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
+            squared_error: (self.judgement.expected_error * self.judgement.mean).powi(2),
             degrees_of_freedom: self.judgement.degrees_of_freedom,
-            means_lx: self.judgement.means_lx,
+            means: self.judgement.means,
         });
     }
 

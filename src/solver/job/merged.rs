@@ -30,7 +30,7 @@ impl Job {
             }
         };
         if !counts_packets {
-            map.indirect_unit_lx = Unit::Lux;
+            map.indirect_unit = Unit::Scores;
         }
         Job::bare(context, kind, elements, (map, weights), bound, engine)
     }

@@ -296,7 +296,7 @@ impl Run<'_> {
     /// Whether a map may change from gathering or local estimation to another method. An unbound map keeps its method if its share of the
     /// rays is too small to finish with the other one.
     fn may_begin_anew(&self, job: &Job, target: f64) -> bool {
-        let work = || job.work_without_gathering(self.context, target * job.judgement.mean_lx);
+        let work = || job.work_without_gathering(self.context, target * job.judgement.mean);
         job.bound || work() <= self.rays_for_unbound(0.0)
     }
 
@@ -330,7 +330,7 @@ impl Run<'_> {
             target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
         let accepted = target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.met = accepted && job.run_checks(target_error);
-        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
+        let without_mean = job.judgement.mean <= 0.0 && !job.judgement.dark;
         job.looks.refused = without_mean || (accepted && !job.met);
         job.looks.refusals += u64::from(job.looks.refused);
         job.next_judgement =

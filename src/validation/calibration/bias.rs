@@ -48,10 +48,10 @@ impl Biases {
         self.entries.resize(entries.len(), BiasSums::default());
         self.runs += 1;
         for (sums, entry) in self.entries.iter_mut().zip(entries) {
-            sums.deviation_lx += entry.deviation_lx();
-            sums.squared_lx2 += entry.deviation_lx().powi(2);
-            sums.stated_lx2 += entry.standard_error_lx.powi(2);
-            sums.truth_lx = entry.allowance_lx();
+            sums.deviation_lx += entry.deviation();
+            sums.squared_lx2 += entry.deviation().powi(2);
+            sums.stated_lx2 += entry.standard_error.powi(2);
+            sums.truth_lx = entry.allowance();
         }
     }
 
@@ -98,8 +98,8 @@ mod tests {
                     let error: f64 = (0..12).map(|_| stream.unit() - 0.5).sum();
                     let bias_lx = if i < off { bias_lx } else { 0.0 };
                     ComparedEntry {
-                        measured_lx: error + bias_lx,
-                        standard_error_lx: 1.0,
+                        measured: error + bias_lx,
+                        standard_error: 1.0,
                         weight: 1.0,
                         ..ComparedEntry::default()
                     }

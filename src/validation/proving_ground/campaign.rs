@@ -208,8 +208,8 @@ fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &S
     let truth = &reference.maps[set];
     let points = &scene.receivers[set].points;
     let entry = |index: usize| JudgedEntry {
-        value_lx: map.values.illuminance_lx[index],
-        standard_error_lx: map.values.standard_error_lx[index],
+        value_lx: map.values.value[index],
+        standard_error_lx: map.values.standard_error[index],
         reference_lx: truth.illuminance_lx[index],
         reference_error_lx: truth.standard_error_lx[index],
         weight: if points[index].inside { 0.0 } else { points[index].weight },

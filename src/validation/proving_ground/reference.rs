@@ -103,8 +103,8 @@ impl Reference {
         let maps = solution.maps.into_iter().map(|map| ReferenceMap {
             name: map.name,
             walks: map.chains,
-            illuminance_lx: map.values.illuminance_lx,
-            standard_error_lx: map.values.standard_error_lx,
+            illuminance_lx: map.values.value,
+            standard_error_lx: map.values.standard_error,
         });
         Reference {
             fingerprint,
