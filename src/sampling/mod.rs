@@ -1,6 +1,8 @@
 //! Random streams, warps, and the four functions sample, pdf, eval and total of every luminaire and material.
 
 pub mod beam;
+#[cfg(test)]
+mod chi_square;
 pub mod emitter;
 pub mod emitter_tree;
 mod few_beacons;

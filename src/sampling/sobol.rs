@@ -256,6 +256,7 @@ fn scrambled(reversed: u32, seed: u64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::chi_square::chi_square_p;
 
     fn coordinates(key: u64, index: u64) -> [f64; DIMENSIONS as usize] {
         let mut point = QuasiPoint::new(key, index);
@@ -306,24 +307,25 @@ mod tests {
 
     #[test]
     fn each_point_alone_is_uniform_over_the_scrambles() {
-        // χ² over 64 bins, N = 64,000 scrambles, α = 1e-4 per test: the quantile of 63 degrees of freedom is 118. The planted fault, a
-        // point that is not scrambled for one key in 50, must be rejected.
-        let chi2 = |faulty: bool| {
+        // χ² over 64 bins, N = 64,000 scrambles, α = 1e-4 per test, and again for counts that are too even. The planted fault, a point that
+        // is not scrambled for one key in 50, must be rejected.
+        let p_values = |faulty: bool| {
             [(0u64, 0), (5, 1), (77, 4), ((1u64 << 32) + 3, 9)].map(|(index, dimension)| {
-                let mut counts = [0u32; 64];
+                let mut counts = [0.0; 64];
                 for key in 0..64_000u64 {
                     let value = if faulty && key % 50 == 0 {
                         f64::from(reversed_sobol(index as u32, dimension).reverse_bits()) / 4_294_967_296.0
                     } else {
                         coordinates(splitmix64(key), index)[dimension]
                     };
-                    counts[(value * 64.0) as usize] += 1;
+                    counts[(value * 64.0) as usize] += 1.0;
                 }
-                counts.iter().map(|count| (f64::from(*count) - 1000.0).powi(2) / 1000.0).sum::<f64>()
+                chi_square_p(&counts, &[1000.0; 64])
             })
         };
-        assert!(chi2(false).iter().all(|chi2| *chi2 < 118.0 && *chi2 > 25.0), "{:?}", chi2(false));
-        assert!(chi2(true).iter().all(|chi2| *chi2 > 118.0), "{:?}", chi2(true));
+        let [right, wrong] = [false, true].map(p_values);
+        assert!(right.iter().all(|p| (1e-4..1.0 - 1e-4).contains(p)), "{right:?}");
+        assert!(wrong.iter().all(|p| *p < 1e-4), "{wrong:?}");
     }
 
     #[test]

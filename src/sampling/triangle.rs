@@ -272,11 +272,15 @@ fn largest_cosine(corners: &[DVec3; 3], normal: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::chi_square::chi_square_p;
     use crate::sampling::random::Purpose;
 
-    /// χ² of N = 160,000 draws (seed 5, α = 1e-4) over the n² parts of a triangle. The expected counts follow from the weight of each
-    /// part's own directions. Returns (χ², its quantile).
-    fn chi_square(corners: [DVec3; 3], normal: Option<DVec3>, tilt: f64) -> (f64, f64) {
+    /// Probability that a test rejects a correct sampler.
+    const ALPHA: f64 = 1e-4;
+
+    /// Returns the p-value of N = 160,000 draws (seed 5) over the n² parts of a triangle. The expected counts follow from the weight of each
+    /// part's own directions.
+    fn p_of_draws(corners: [DVec3; 3], normal: Option<DVec3>, tilt: f64) -> f64 {
         const PARTS: usize = 6;
         const N: u32 = 160_000;
         let seen = SeenTriangle::new(corners);
@@ -313,26 +317,8 @@ mod tests {
             }
         }
         let total: f64 = expected.iter().sum();
-        let (mut chi2, mut bins) = (0.0, 0.0);
-        let (mut rare, mut rare_count) = (0.0, 0.0);
-        for (count, share) in counts.iter().zip(&expected) {
-            let mean = share / total * f64::from(N);
-            if mean < 20.0 {
-                rare += mean;
-                rare_count += count;
-                continue;
-            }
-            chi2 += (count - mean) * (count - mean) / mean;
-            bins += 1.0;
-        }
-        if rare > 5.0 {
-            chi2 += (rare_count - rare) * (rare_count - rare) / rare;
-            bins += 1.0;
-        }
-        // Wilson and Hilferty's normal approximation of the χ² quantile at 1 − 1e-4 (z = 3.719).
-        let k: f64 = bins - 1.0;
-        let quantile = k * (1.0 - 2.0 / (9.0 * k) + 3.719 * (2.0 / (9.0 * k)).sqrt()).powi(3);
-        (chi2, quantile)
+        let expected: Vec<f64> = expected.iter().map(|share| share / total * f64::from(N)).collect();
+        chi_square_p(&counts, &expected)
     }
 
     #[test]
@@ -349,10 +335,10 @@ mod tests {
             ("across the horizon", across, up),
             ("two corners below", across.map(|corner| corner - DVec3::Z * 0.3), up),
         ] {
-            let (chi2, quantile) = chi_square(corners, normal, 0.0);
-            assert!(chi2 < quantile, "{name}: χ² {chi2} above {quantile}");
-            let (chi2, quantile) = chi_square(corners, normal, 0.3);
-            assert!(chi2 > quantile, "{name}: the planted fault passed, χ² {chi2} below {quantile}");
+            let right = p_of_draws(corners, normal, 0.0);
+            assert!(right > ALPHA, "{name}: p = {right}");
+            let wrong = p_of_draws(corners, normal, 0.3);
+            assert!(wrong < ALPHA, "{name}: a planted fault passed, p = {wrong}");
         }
     }
 }

@@ -117,9 +117,8 @@ fn interval(count: usize, target: f64, cumulated: impl Fn(usize) -> f64) -> usiz
 mod tests {
     use std::f64::consts::{PI, TAU};
 
-    use statrs::distribution::{ChiSquared, ContinuousCDF};
-
     use super::*;
+    use crate::sampling::chi_square::chi_square_p;
     use crate::sampling::random::{Purpose, Stream};
     use crate::scene::photometry::PhotometricType;
 
@@ -171,8 +170,8 @@ mod tests {
         faulty
     }
 
-    /// Returns the p-value of draws from `drawn` against the intensities of `truth`. Bins are pooled until 20 draws are expected in each.
-    fn chi_square_p(drawn: &WebSampler, truth: &IntensityWeb) -> f64 {
+    /// Returns the p-value of draws from `drawn` against the intensities of `truth`.
+    fn p_of_draws(drawn: &WebSampler, truth: &IntensityWeb) -> f64 {
         let mut counts = vec![0.0; BINS[0] * BINS[1]];
         let mut stream = stream();
         for _ in 0..DRAWS {
@@ -185,20 +184,8 @@ mod tests {
 
         let masses: Vec<f64> = (0..counts.len()).map(|bin| bin_mass(truth, bin / BINS[1], bin % BINS[1])).collect();
         let total: f64 = masses.iter().sum();
-        let mut pooled: Vec<(f64, f64)> = vec![(0.0, 0.0)];
-        for (mass, count) in masses.iter().zip(&counts) {
-            let last = pooled.len() - 1;
-            pooled[last].0 += mass / total * DRAWS as f64;
-            pooled[last].1 += count;
-            if pooled[last].0 >= 20.0 {
-                pooled.push((0.0, 0.0));
-            }
-        }
-        let rest = pooled.pop().unwrap();
-        let last = pooled.len() - 1;
-        pooled[last] = (pooled[last].0 + rest.0, pooled[last].1 + rest.1);
-        let statistic: f64 = pooled.iter().map(|(expected, count)| (count - expected).powi(2) / expected).sum();
-        1.0 - ChiSquared::new(last as f64).unwrap().cdf(statistic)
+        let expected: Vec<f64> = masses.iter().map(|mass| mass / total * DRAWS as f64).collect();
+        chi_square_p(&counts, &expected)
     }
 
     /// Returns ∫ I dω over a bin, by midpoints in azimuth and cosine.
@@ -217,9 +204,9 @@ mod tests {
     #[test]
     fn draws_follow_the_distribution_and_a_fault_of_two_percent_is_rejected() {
         let web = lopsided();
-        let right = chi_square_p(&WebSampler::new(&web), &web);
+        let right = p_of_draws(&WebSampler::new(&web), &web);
         assert!(right > ALPHA, "p = {right}");
-        let wrong = chi_square_p(&WebSampler::new(&with_fault(&web, 0.02)), &web);
+        let wrong = p_of_draws(&WebSampler::new(&with_fault(&web, 0.02)), &web);
         assert!(wrong < ALPHA, "a planted fault went unseen: p = {wrong}");
     }
 

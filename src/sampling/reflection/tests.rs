@@ -3,9 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{Blinn, Bsdf, Glossy, LobeKind, Pair, Phong, Reflection, mirrored};
+use crate::sampling::chi_square::chi_square_p;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::BsdfParameters;
 
@@ -81,20 +81,11 @@ fn counts(bsdf: &Bsdf, towards: DVec3) -> Vec<f64> {
     counts
 }
 
-/// Returns the p-value of counts against masses, with absorption as a last bin. Bins are pooled until 20 draws are expected.
-fn chi_square_p(counts: &[f64], masses: &[f64]) -> f64 {
+/// Returns the p-value of counts against masses, with absorption as a last bin.
+fn p_of_draws(counts: &[f64], masses: &[f64]) -> f64 {
     let absorbed = (1.0 - masses.iter().sum::<f64>()).max(0.0);
-    let (mut pooled, mut pool) = (Vec::new(), (0.0, 0.0));
-    for (mass, count) in masses.iter().chain([&absorbed]).zip(counts) {
-        pool = (pool.0 + mass * DRAWS as f64, pool.1 + count);
-        if pool.0 >= 20.0 {
-            pooled.push(std::mem::take(&mut pool));
-        }
-    }
-    let last = pooled.len() - 1;
-    pooled[last] = (pooled[last].0 + pool.0, pooled[last].1 + pool.1);
-    let statistic: f64 = pooled.iter().map(|(expected, count)| (count - expected).powi(2) / expected).sum();
-    1.0 - ChiSquared::new(last as f64).expect("more than one bin").cdf(statistic)
+    let expected: Vec<f64> = masses.iter().chain([&absorbed]).map(|mass| mass * DRAWS as f64).collect();
+    chi_square_p(counts, &expected)
 }
 
 #[test]
@@ -116,9 +107,9 @@ fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
         for theta_deg in [20.0, 75.0] {
             let towards = at(theta_deg, 40.0);
             let drawn = counts(&Bsdf::new(&bsdf), towards);
-            let right = chi_square_p(&drawn, &masses(&Bsdf::new(&bsdf), towards));
+            let right = p_of_draws(&drawn, &masses(&Bsdf::new(&bsdf), towards));
             assert!(right > ALPHA, "{bsdf:?} at {theta_deg}: p = {right}");
-            let wrong = chi_square_p(&drawn, &masses(&Bsdf::new(&faulty), towards));
+            let wrong = p_of_draws(&drawn, &masses(&Bsdf::new(&faulty), towards));
             assert!(wrong < ALPHA, "{bsdf:?} at {theta_deg}: a planted fault passed, p = {wrong}");
         }
     }
