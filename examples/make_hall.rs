@@ -4,6 +4,8 @@
 
 use std::fmt::Write as _;
 
+use luxmc::validation::studies::wheel::Wheel;
+
 const RACKS: usize = 8;
 const BAYS: usize = 19;
 const LEVELS: usize = 5;
@@ -35,16 +37,6 @@ impl Boxes {
         self.vertices += 8;
         self.triangles += 12;
         Ok(())
-    }
-}
-
-/// A fixed sequence of numbers in [0, 1): the racks are always the same.
-struct Wheel(u64);
-
-impl Wheel {
-    fn turn(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
     }
 }
 

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use luxmc::sampling::random::{Purpose, Stream};
 use serde_json::Value;
 
 use crate::cli_support::*;
@@ -15,17 +16,9 @@ use crate::cli_support::*;
 /// Kills of one run, after which it runs to its end.
 const MOST_KILLS_OF_A_RUN: u32 = 4;
 
-/// Random numbers in [0, 1) from a seed (splitmix64).
-struct Chance(u64);
-
-impl Chance {
-    fn draw(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((bits ^ (bits >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
+/// Draws the moments of the kills.
+fn moments(seed: u64) -> Stream {
+    Stream::new(seed, Purpose::Pilot, 0, 0)
 }
 
 fn kills_wanted() -> u32 {
@@ -69,13 +62,13 @@ fn seconds_of(arguments: &[&str]) -> f64 {
 }
 
 /// Runs a program to its end. It is killed some times and continues from its checkpoint each time. Returns the number of kills.
-fn killed_to_the_end(chance: &mut Chance, solve: &[&str], file: &Path, run_s: f64) -> u32 {
+fn killed_to_the_end(moments: &mut Stream, solve: &[&str], file: &Path, run_s: f64) -> u32 {
     let resume = ["resume", text(file), "--quiet"];
     let mut kills = 0;
     while kills < MOST_KILLS_OF_A_RUN {
         let before = rays_kept(file);
         let child = start(if file.exists() { &resume } else { solve });
-        if !killed_after(child, chance.draw() * run_s) {
+        if !killed_after(child, moments.unit() * run_s) {
             break;
         }
         kills += 1;
@@ -93,7 +86,7 @@ fn runs_with_checkpoints_that_are_killed_at_random_moments_come_to_the_same_byte
     let room = scene("room.json");
     let mut kills = 0;
     for seed in 0.. {
-        let mut chance = Chance(1000 + seed);
+        let mut moments = moments(1000 + seed);
         let method = ["collision", "gather", "local", "auto"][seed as usize % 4];
         let [whole, killed, file] = ["whole", "killed", "ckpt"].map(|name| home.path(&format!("{seed}-{name}")));
         let seed = seed.to_string();
@@ -108,7 +101,7 @@ fn runs_with_checkpoints_that_are_killed_at_random_moments_come_to_the_same_byte
         let mut kept: Vec<&str> = kept.iter().map(String::as_str).collect();
         kept.extend(["--checkpoint", text(&file), "--checkpoint-every", "20ms"]);
         let run_s = seconds_of(&plain);
-        kills += killed_to_the_end(&mut chance, &kept, &file, run_s);
+        kills += killed_to_the_end(&mut moments, &kept, &file, run_s);
         assert!(home.told(text(&killed)) == home.told(text(&whole)), "{method}, seed {seed}: other bytes");
         if kills >= kills_wanted() {
             break;
@@ -123,7 +116,7 @@ fn shares_and_parts_that_are_killed_at_random_moments_merge_to_the_same_bytes() 
     let room = scene("room.json");
     let mut kills = 0;
     for seed in 0.. {
-        let mut chance = Chance(2000 + seed);
+        let mut moments = moments(2000 + seed);
         let by_parts = seed % 2 == 1;
         for name in ["whole", "killed"] {
             for number in 1..=2 {
@@ -140,7 +133,7 @@ fn shares_and_parts_that_are_killed_at_random_moments_merge_to_the_same_bytes() 
                 let kept = ["--checkpoint", text(&file), "--checkpoint-every", "20ms"];
                 let run_s =
                     summary(&home.path(&format!("{seed}/whole/{number}")))["wall_s"].as_f64().expect("a number");
-                kills += killed_to_the_end(&mut chance, &[&arguments[..], &kept].concat(), &file, run_s);
+                kills += killed_to_the_end(&mut moments, &[&arguments[..], &kept].concat(), &file, run_s);
             }
             let shares = [1, 2].map(|number| home.path(&format!("{seed}/{name}/{number}")));
             let out = home.path(&format!("{seed}/{name}/all"));
@@ -189,11 +182,11 @@ fn merges_that_are_killed_at_random_moments_leave_shares_and_whole_results() {
     let (whole, killed) = (home.path("whole"), home.path("killed"));
     let run_s = once(text(&whole));
     let told = home.told(text(&whole));
-    let (mut chance, mut kills) = (Chance(3000), 0);
+    let (mut moments, mut kills) = (moments(3000), 0);
     while kills < kills_wanted() {
         let arguments = merge_into(text(&killed));
         let child = start(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-        kills += u32::from(killed_after(child, chance.draw() * run_s));
+        kills += u32::from(killed_after(child, moments.unit() * run_s));
         // The summary is written last. If it exists, everything is whole.
         if killed.join("summary.json").exists() {
             assert!(home.told(text(&killed)) == told, "a result that is not whole");

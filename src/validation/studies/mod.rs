@@ -20,6 +20,7 @@ mod slopes;
 mod sources;
 mod steps;
 pub mod study_scene;
+pub mod wheel;
 
 use super::report::Table;
 

@@ -4,6 +4,8 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use super::wheel::Wheel;
+
 /// Closed solids seen from outside, as an OBJ file.
 #[derive(Default)]
 pub struct Things {
@@ -87,16 +89,6 @@ impl Things {
             })
             .collect();
         self.turned(name, center, [0.0, 0.0, 1.0], &rings, sides);
-    }
-}
-
-/// A fixed pseudo-random sequence in [0, 1), so that the scenes are always the same.
-struct Wheel(u64);
-
-impl Wheel {
-    fn turn(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
     }
 }
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::wheel::Wheel;
 use crate::check::scene_from_json;
 use crate::estimators::receiver::Receiver;
 use crate::light_mesh::exact::look_at_all;
@@ -191,11 +192,8 @@ pub fn hall(edge: usize) -> Result<StudyScene, String> {
 
 /// The hall's geometry; its crates are always the same.
 pub fn hall_with_crates() -> String {
-    let mut wheel = 5u64;
-    let mut turn = || {
-        wheel = wheel.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (wheel >> 40) as f64 / (1u64 << 24) as f64
-    };
+    let mut wheel = Wheel(5);
+    let mut turn = || wheel.turn();
     let mut geometry = format!(
         r#"{{ "name": "room", "type": "box", "min": [0,0,0], "max": [{HALL_M},{HALL_M},4], "facing": "inward", "material": "black" }}"#
     );
