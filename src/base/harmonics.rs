@@ -12,7 +12,7 @@ pub const LARGEST_DEGREE: usize = 31;
 const STEP_BY_DEGREE: f64 = 0.4;
 
 /// Bounds are widened by this share of the largest value, far above the rounding of the sums.
-const ROUNDING: f64 = 1e-9;
+const WIDENED_BY: f64 = 1e-9;
 
 /// Number of orders that are summed side by side.
 const LANES: usize = 4;
@@ -219,7 +219,7 @@ impl HarmonicSeries {
         let beyond = missed * 0.5 * (high - low) / (1.0 - missed);
         let derivatives = [steepest / (1.0 - missed), most_bent / (1.0 - missed)];
         // The sums carry rounding errors.
-        let beyond = beyond + ROUNDING * high.abs();
+        let beyond = beyond + WIDENED_BY * high.abs();
         let (low, high) = (low - beyond, high + beyond);
         let bends = bends.map(|bend| bend + missed * (derivatives[1] + high.abs().max(low.abs())));
         RadialBounds { low, high, derivatives, bends }

@@ -100,7 +100,7 @@ const LEAST_BETWEEN: f64 = 0.2;
 /// Least efficacy of a low sun's light in lm/W. The formula falls below 0 there.
 const LEAST_LM_W: f64 = 20.0;
 /// Iterations that find irradiances from illuminances. Each halves the remaining error.
-const STEPS: usize = 60;
+const HALVINGS: usize = 60;
 
 /// The parameters that distinguish one sky from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,7 +136,7 @@ impl SkyClass {
         let class = |[direct_lm_w, diffuse_lm_w]: [f64; 2]| {
             SkyClass::of_irradiance(sun_elevation_deg, direct_lx / direct_lm_w, diffuse_lx / diffuse_lm_w)
         };
-        for _ in 0..STEPS {
+        for _ in 0..HALVINGS {
             let found_lm_w = class(efficacies_lm_w).efficacies_lm_w();
             efficacies_lm_w = [0, 1].map(|part| 0.5 * (efficacies_lm_w[part] + found_lm_w[part]));
         }

@@ -4,6 +4,9 @@ use std::num::NonZeroUsize;
 
 use super::sum::CompensatedSum;
 
+/// 1/φ: the fractional parts of its multiples cover [0, 1) evenly, however many they are.
+pub const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
 /// A Gauss–Legendre rule on −1 to 1.
 #[derive(Clone, Debug)]
 pub struct GaussLegendre {

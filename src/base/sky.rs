@@ -30,7 +30,7 @@ const GENERAL: [[f64; 5]; 15] = [
 /// Nodes in the sine of the elevation, and steps around the horizon, of integrals over general skies. With twice as many of both, the
 /// results of type 15 change by less than 1e-4.
 const NODES: usize = 96;
-const STEPS: u32 = 360;
+const STEPS_AROUND: u32 = 360;
 
 /// Least cosine from the zenith at which the all-weather sky's gradation is evaluated: half a degree above the horizon.
 const LEAST_COSINE: f64 = 0.01;
@@ -254,11 +254,11 @@ fn over_hemisphere(f: impl Fn(DVec3) -> f64) -> f64 {
     let rule = GaussLegendre::new(NODES);
     rule.integrate(0.0, 1.0, |sine| {
         let cosine = (1.0 - sine * sine).sqrt();
-        let around = (0..STEPS).map(|step| {
-            let (y, x) = (TAU * (f64::from(step) + 0.5) / f64::from(STEPS)).sin_cos();
+        let around = (0..STEPS_AROUND).map(|step| {
+            let (y, x) = (TAU * (f64::from(step) + 0.5) / f64::from(STEPS_AROUND)).sin_cos();
             f(DVec3::new(cosine * x, cosine * y, sine))
         });
-        around.sum::<f64>() * TAU / f64::from(STEPS)
+        around.sum::<f64>() * TAU / f64::from(STEPS_AROUND)
     })
 }
 
@@ -340,12 +340,12 @@ mod tests {
             let (mut largest, mut fine_lx) = (0.0f64, 0.0);
             let rule = GaussLegendre::new(2 * NODES);
             for (sine, weight) in rule.on(0.0, 1.0) {
-                for step in 0..2 * STEPS {
-                    let (y, x) = (TAU * f64::from(step) / f64::from(2 * STEPS)).sin_cos();
+                for step in 0..2 * STEPS_AROUND {
+                    let (y, x) = (TAU * f64::from(step) / f64::from(2 * STEPS_AROUND)).sin_cos();
                     let cosine = (1.0 - sine * sine).sqrt();
                     let relative = pattern.relative_luminance(DVec3::new(cosine * x, cosine * y, sine));
                     largest = largest.max(relative);
-                    fine_lx += weight * sine * relative * TAU / f64::from(2 * STEPS);
+                    fine_lx += weight * sine * relative * TAU / f64::from(2 * STEPS_AROUND);
                 }
             }
             assert!(largest <= pattern.largest() && pattern.relative_luminance(sun) <= pattern.largest(), "{kind}");

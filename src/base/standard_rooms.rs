@@ -99,9 +99,9 @@ impl StandardRoom {
     /// Returns the numbers of luminaires across and along; `None` where the spacing does not divide the sides.
     fn rows(&self, spacing_h: f64) -> Option<[u32; 2]> {
         /// Largest deviation of a side from a whole number of spacings, as a fraction of one spacing: the rounding of 1/3.
-        const WHOLE: f64 = 1e-6;
+        const WHOLE_WITHIN: f64 = 1e-6;
         let counts = self.size_h.map(|side_h| side_h / spacing_h);
-        let is_whole = |count: f64| (count - count.round()).abs() < WHOLE && count.round() >= 1.0;
+        let is_whole = |count: f64| (count - count.round()).abs() < WHOLE_WITHIN && count.round() >= 1.0;
         counts.iter().all(|count| is_whole(*count)).then(|| counts.map(|count| count.round() as u32))
     }
 

@@ -3,14 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::fitted_openings::SLIGHT_M;
 use super::straight::ON_SURFACE_M;
 use super::warnings::names;
 use crate::scene::listed;
 use crate::scene::photometry::Opening;
 use crate::scene::{Emission, Luminaire, Scene};
-
-/// A part of an opening less than this far behind a surface, in m, comes from rounding and fitting.
-const SLIGHT_M: f64 = 1e-3;
 
 /// Adds a warning for the luminaires with an opening that a surface cuts, with the surfaces' names.
 pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {

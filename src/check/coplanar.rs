@@ -14,7 +14,7 @@ const SAME_PLANE: f64 = 1e-6;
 /// Number of distinguished steps per unit of a unit normal's coordinates.
 const NORMAL_STEPS: f64 = 1e4;
 /// An overlap below this share of the smaller triangle is rounding.
-const LEAST_SHARE: f64 = 1e-4;
+const LEAST_OVERLAP: f64 = 1e-4;
 /// Steps for a pair of triangles with overlapping boxes, and additional steps if no edge separates them.
 const STEPS_A_PAIR: u64 = 8;
 const STEPS_A_CUT: u64 = 64;
@@ -197,7 +197,7 @@ fn common_place(one: &Flat, other: &Flat) -> Option<DVec2> {
     let origin = one.corners_m[0];
     let clip = one.corners_m.map(|corner| corner - origin);
     let mut polygon: Vec<DVec2> = other.corners_m.iter().map(|corner| *corner - origin).collect();
-    let least = LEAST_SHARE * twice_area(&clip).min(twice_area(&polygon));
+    let least = LEAST_OVERLAP * twice_area(&clip).min(twice_area(&polygon));
     for edge in 0..3 {
         let (from, to) = (clip[edge], clip[(edge + 1) % 3]);
         let side = |point: DVec2| (to - from).perp_dot(point - from);

@@ -12,8 +12,8 @@ use crate::scene::listed;
 use crate::scene::photometry::Opening;
 use crate::scene::{Emission, Luminaire, Scene};
 
-/// A part of a box that lies less than this behind or in front of a surface, in m, comes from rounding and fitting.
-const SLIGHT_M: f64 = 1e-3;
+/// A part of an opening that lies less than this behind or in front of a surface, in m, comes from rounding and fitting.
+pub(super) const SLIGHT_M: f64 = 1e-3;
 /// The limit below which a part behind a surface is rounding alone and is not reported, in m.
 const ROUNDING_M: f64 = 1e-9;
 /// An axis of a box is parallel to a surface's normal if the cosine between them is above this.

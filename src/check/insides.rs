@@ -17,7 +17,7 @@ const IN_FRONT: f64 = 1e-6;
 const STEPS: u64 = 100_000_000;
 const STEPS_A_POINT: u64 = 20;
 /// Number of parts of a list of points that are processed in parallel, and the largest number of points in a part.
-const PARTS: usize = 64;
+const PARTS_AT_A_TIME: usize = 64;
 const PART: usize = 8192;
 
 /// Closed shells with a tree of their boxes, the smallest volumes first.
@@ -73,8 +73,8 @@ impl<'s> SolidLookup<'s> {
         let given = STEPS + STEPS_A_POINT * points_m.len() as u64;
         let mut left = given;
         let mut inside: Vec<bool> = Vec::with_capacity(points_m.len());
-        let part = points_m.len().div_ceil(PARTS).clamp(1, PART);
-        for parts in points_m.chunks(part * PARTS) {
+        let part = points_m.len().div_ceil(PARTS_AT_A_TIME).clamp(1, PART);
+        for parts in points_m.chunks(part * PARTS_AT_A_TIME) {
             let parts: Vec<&[DVec3]> = parts.chunks(part).collect();
             let share = left / (2 * parts.len() as u64);
             let looks: Vec<(Vec<bool>, Budget)> = parts.par_iter().map(|part| self.hold(part, share)).collect();

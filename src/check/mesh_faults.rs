@@ -13,9 +13,9 @@ use super::t_junctions::closed_at_t_junctions;
 use crate::scene::{Scene, joined, place_words};
 
 /// A piece of surface is flat if no corner deviates from its plane by more than this fraction of its size.
-const FLAT: f64 = 1e-6;
+const MOST_OFF_PLANE: f64 = 1e-6;
 /// Largest number of listed corners of a hole.
-const MOST_CORNERS: usize = 32;
+const MOST_CORNERS_LISTED: usize = 32;
 /// Largest number of listed holes.
 const MOST_HOLES: usize = 1000;
 /// Largest number of tests of boxes and triangles in each search: a few seconds' work on request, a fraction of a second when a scene is
@@ -104,7 +104,7 @@ pub(super) fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
     let normal = (b - a).cross(c - a).normalize();
     let offsets = || shell.triangles.iter().flat_map(|triangle| scene.corners_m(*triangle)).map(|corner| corner - a);
     let reach_m = offsets().map(DVec3::length).fold(0.0, f64::max);
-    offsets().all(|offset_m| offset_m.dot(normal).abs() <= FLAT * reach_m)
+    offsets().all(|offset_m| offset_m.dot(normal).abs() <= MOST_OFF_PLANE * reach_m)
 }
 
 /// Returns the area in m² that a rim encloses, each of its lines taken as flat.
@@ -171,7 +171,7 @@ fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, fau
             edges: line.len(),
             min_m: places().fold(DVec3::INFINITY, DVec3::min).to_array(),
             max_m: places().fold(DVec3::NEG_INFINITY, DVec3::max).to_array(),
-            corners_m: places().take(distinct.min(MOST_CORNERS)).map(|place| place.to_array()).collect(),
+            corners_m: places().take(distinct.min(MOST_CORNERS_LISTED)).map(|place| place.to_array()).collect(),
             surfaces,
         });
     }

@@ -7,10 +7,10 @@ use super::shells::Shell;
 use crate::scene::Scene;
 
 /// Largest number of corners of a solid that are tested against another.
-const MOST_CORNERS: usize = 32;
+const CORNERS_TESTED: usize = 32;
 /// Tests of boxes and triangles in all, and additional tests per solid: one second's work for any scene.
-const STEPS: u64 = 10_000_000;
-const STEPS_A_SOLID: u64 = 200;
+const TESTS: u64 = 10_000_000;
+const TESTS_A_SOLID: u64 = 200;
 /// A corner this near to the other solid's surface, as a fraction of the scene's size, only touches it.
 const TOUCHES: f64 = 1e-6;
 
@@ -27,7 +27,7 @@ pub(super) struct Overlaps {
 
 /// Returns the budget of tests of boxes and triangles for this number of solids.
 pub(super) fn overlaps_budget(solids: usize) -> Budget {
-    Budget::of_steps(STEPS + STEPS_A_SOLID * solids as u64)
+    Budget::of_steps(TESTS + TESTS_A_SOLID * solids as u64)
 }
 
 /// Finds solids that intersect each other. `shells` are the closed shells of geometries; those that face outward are solids.
@@ -35,7 +35,7 @@ pub(super) fn overlaps(scene: &Scene, shells: &[Shell], scene_size_m: f64, budge
     let solids: Vec<&Shell> = shells.iter().filter(|shell| shell.volume_m3 > 0.0).collect();
     let tolerance_m = TOUCHES * scene_size_m;
     let corner_in = |inner: &Shell, outer: &Shell, budget: &mut Budget| {
-        let step = inner.triangles.len().div_ceil(MOST_CORNERS).max(1);
+        let step = inner.triangles.len().div_ceil(CORNERS_TESTED).max(1);
         let mut corners = inner.triangles.iter().step_by(step).map(|triangle| scene.corners_m(*triangle)[0]);
         corners.find(|corner| outer.encloses(*corner, tolerance_m, budget))
     };

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::straight::{ON_SURFACE_M, first_met_each};
+use crate::base::quadrature::GOLDEN;
 use crate::geometry::position_accuracy_m;
 use crate::scene::{Emission, Scene};
 
@@ -12,7 +13,7 @@ use crate::scene::{Emission, Scene};
 const FEWEST_WAYS: usize = 16;
 const MOST_WAYS: usize = 256;
 /// About the largest number of triangles times lines: some tenths of a second.
-const LOOKS: usize = 20_000_000;
+const LINES_BY_TRIANGLES: usize = 20_000_000;
 /// A scene is refused if the median distance over the accuracy of positions is below this. Rays start up to 16 times the accuracy off the
 /// edges of triangles, an eighth of this distance.
 const REFUSED_BELOW: f64 = 128.0;
@@ -46,7 +47,7 @@ impl Proportions {
     ///
     /// Units: m. Accuracy: a median of 16 to 256 lines.
     pub fn of(scene: &Scene) -> Option<Proportions> {
-        let ways = (LOOKS / scene.triangles.len().max(1)).clamp(FEWEST_WAYS, MOST_WAYS);
+        let ways = (LINES_BY_TRIANGLES / scene.triangles.len().max(1)).clamp(FEWEST_WAYS, MOST_WAYS);
         let starts = [("luminaires", starts_of_luminaires(scene)), ("receivers", starts_of_receivers(scene))];
         let medians = starts.into_iter().filter_map(|(from, starts)| Some((median_way_m(scene, &starts, ways)?, from)));
         let (median_way_m, from) = medians.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -115,8 +116,7 @@ fn median_way_m(scene: &Scene, starts: &[WayStart], ways: usize) -> Option<f64> 
 
 /// Returns one of many directions that fill a sphere evenly, or the half of it around an axis.
 fn direction(number: usize, middle: DVec3) -> DVec3 {
-    /// Fractions of turns (the golden angle) and of steps in z (another irrational number), so that even a few lines differ.
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    /// The fraction for steps in z differs from the one for turns, so that even a few lines differ.
     const SILVER: f64 = 0.414_213_562_373_095_05;
     let azimuth = TAU * (number as f64 * GOLDEN).fract();
     let z = 1.0 - 2.0 * (0.5 + number as f64 * SILVER).fract();

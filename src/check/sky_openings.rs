@@ -29,7 +29,7 @@ const MOST_SOLID_ANGLES: u64 = 20_000_000;
 const STEPS: u64 = 20_000_000;
 const STEPS_A_TRIANGLE: u64 = 100;
 /// Around a point in a closed room the solid angles add up to the whole sphere within this share.
-const WHOLE: f64 = 1e-6;
+const CLOSED_WITHIN: f64 = 1e-6;
 /// Points where each side of a triangle is tested, as weights of its corners.
 const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98]];
 
@@ -196,7 +196,7 @@ impl Pieces {
             })
         };
         let is_shut = |(share, (place_m, own)): (&f64, &(DVec3, Option<u32>))| {
-            (share - whole).abs() < WHOLE || lies_against(*place_m, *own)
+            (share - whole).abs() < CLOSED_WITHIN || lies_against(*place_m, *own)
         };
         whole.abs() == 1.0 && around.iter().zip(&places).all(is_shut)
     }

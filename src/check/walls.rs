@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::shells::{Shell, size_m};
+use crate::base::quadrature::GOLDEN;
 use crate::scene::{Background, GlareObserver, Quantity, ReceiverPoint, Scene};
 
 /// Number of points that represent the walls. The mean over this many evenly spread points is within 1% of the mean over the whole walls
@@ -17,8 +18,6 @@ const WITHIN: f64 = 0.5;
 const AHEAD: f64 = 1e-5;
 /// An eye this far behind the plane of a wall, as a fraction of the scene's size, still counts as in the plane.
 const IN_PLANE: f64 = 1e-6;
-/// Step from point to point along a wall, as a fraction of a turn: the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Moves the points of glare ratings by the tabular method to the walls.
 ///

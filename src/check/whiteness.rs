@@ -17,8 +17,8 @@ use crate::scene::{Node, Scene, SceneError, Surface};
 const LEAST_ABSORBED: f64 = 0.9999e-4;
 
 /// Tests of boxes and triangles in all, and additional tests per triangle and luminaire: a few seconds' work.
-const STEPS: u64 = 100_000_000;
-const STEPS_A_THING: u64 = 200;
+const TESTS: u64 = 100_000_000;
+const TESTS_A_THING: u64 = 200;
 
 /// How little of the light in a room is lost.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ fn least_loss(scene: &Scene) -> Losses {
         return Losses { least: None, all_looked_at: true };
     }
     let things = scene.triangles.len() + scene.luminaires.len();
-    let mut budget = Budget::of_steps(STEPS + STEPS_A_THING * things as u64);
+    let mut budget = Budget::of_steps(TESTS + TESTS_A_THING * things as u64);
     let vertex_of = one_vertex_a_place(scene);
     let shells = shells_over(scene, &vertex_of);
     let mut search = Search {

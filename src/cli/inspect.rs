@@ -186,9 +186,9 @@ fn mesh_text(mesh: &MeshFaults) -> String {
 
 /// The first few of some names.
 fn names(surfaces: &[String]) -> String {
-    const MOST: usize = 4;
-    let more = if surfaces.len() > MOST { ", …" } else { "" };
-    format!("{}{more}", surfaces[..surfaces.len().min(MOST)].join(", "))
+    const FIRST_FEW: usize = 4;
+    let more = if surfaces.len() > FIRST_FEW { ", …" } else { "" };
+    format!("{}{more}", surfaces[..surfaces.len().min(FIRST_FEW)].join(", "))
 }
 
 /// The first rows of a table, and a line with the number of further rows.

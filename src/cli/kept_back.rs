@@ -21,7 +21,7 @@ const ALONE: f64 = 0.25;
 /// Share of the permitted overrun of a limit that is planned for. The rest is left for the last piece of work and for chance.
 const COUNTED_ON: f64 = 0.5;
 /// Share of a limit that computing gets in any case, for a first error check.
-const LEAST_SHARE: f64 = 0.25;
+const LEAST_COMPUTING: f64 = 0.25;
 
 /// Files of every run, and further files of each receiver set: two plots, two plots of its halves, and a sensor grid.
 const FILES: usize = 12;
@@ -94,7 +94,7 @@ impl KeptBack {
         let files_s = work.files as f64 * a_file.as_secs_f64() / threads;
         let ending_s = slowness * work.ending_s * (ALONE + (1.0 - ALONE) / threads) + files_s;
         let end_s = limit_s + COUNTED_ON * (latest_s(limit_s) - limit_s);
-        let least_s = (now_s + readying_s + LEAST_SHARE * limit_s).min(limit_s);
+        let least_s = (now_s + readying_s + LEAST_COMPUTING * limit_s).min(limit_s);
         KeptBack { limit_s, readying_s, ending_s, computing_until_s: (end_s - ending_s).clamp(least_s, limit_s) }
     }
 
@@ -156,14 +156,14 @@ mod tests {
         let line = long.line().unwrap_or_default();
         assert!(line.contains("3.0 s of the time limit of 10 s") && line.contains("about 4.0 s"), "{line}");
         let too_long = kept(10.0, 0.5, 30.0);
-        assert_eq!(too_long.computing_until_s, 0.5 + 10.0 * LEAST_SHARE);
+        assert_eq!(too_long.computing_until_s, 0.5 + 10.0 * LEAST_COMPUTING);
         let warning = too_long.warning().unwrap_or_default();
         assert!(warning.contains("take about 30 s") && warning.contains("time limit of 10 s"), "{warning}");
         // A limit that reading has used up is not changed.
         assert_eq!(kept(10.0, 11.0, 30.0).computing_until_s, 10.0);
         // Making ready comes before the first error check.
         let ready = KeptBack::of(10.0, 0.5, Work { readying_s: 2.0, ending_s: 30.0, files: 0 }, USUAL);
-        assert_eq!((ready.computing_until_s, ready.rest_s()), (2.5 + 10.0 * LEAST_SHARE, 32.0));
+        assert_eq!((ready.computing_until_s, ready.rest_s()), (2.5 + 10.0 * LEAST_COMPUTING, 32.0));
     }
 
     /// Threads share all of the work except one part; each file adds its own time.

@@ -4,6 +4,7 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
 use crate::maps::{DaylightFactors, Estimate, TableKind, TableRow};
+use crate::output::numbers::UNKNOWN;
 use crate::output::texts::{decimal, said, say, words};
 use crate::output::{LeavingLight, daylight_factors, finding_words, leaving_light, observer_words, requirement_words};
 use crate::scene::Scene;
@@ -174,9 +175,6 @@ fn table_of(header: &[&'static str], left: &[usize], rows: impl IntoIterator<Ite
 fn number(value: f64, digits: usize) -> String {
     decimal(significant(value, digits))
 }
-
-/// Sign for an unknown number.
-const UNKNOWN: &str = "–";
 
 /// An estimate and its standard error. An estimate below its own error is shown as an upper bound.
 fn value_and_error(estimate: Estimate) -> [String; 2] {

@@ -156,14 +156,18 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
 /// The note on surfaces that are partly hidden by contact.
 fn covered_line(scene: &Scene, solution: &Solution) -> Option<String> {
     /// Largest number of names; more would not help.
-    const MOST: usize = 8;
+    const MOST_COVERED: usize = 8;
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     let mut rows: Vec<&TableRow> =
         rows.filter(|row| row.covered_area_m2 > 0.0 && scene.is_reported(&row.name)).collect();
     rows.sort_by(|one, other| other.covered_area_m2.total_cmp(&one.covered_area_m2));
-    let parts: Vec<String> =
-        rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
-    let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
+    let parts: Vec<String> = rows
+        .iter()
+        .take(MOST_COVERED)
+        .map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2)))
+        .collect();
+    let more =
+        if rows.len() > MOST_COVERED { format!(" and of {} more", rows.len() - MOST_COVERED) } else { String::new() };
     (!rows.is_empty()).then(|| format!("note: hidden by contact, and not in these tables: {}{more}", parts.join(", ")))
 }
 

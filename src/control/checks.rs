@@ -40,7 +40,7 @@ pub(super) const ENOUGH_SCORES: f64 = 20.0;
 /// a score so rare that the spread errs on the safe side.
 pub(super) const LONGEST_WAIT: u64 = 4;
 /// Relative deviations below this are rounding errors of sums.
-const ROUNDING: f64 = 1e-9;
+const ONLY_ROUNDING: f64 = 1e-9;
 
 /// Judges a map. `parts` holds the evidence from the scores of direct and of indirect light. `held_since` is the number of samples at which
 /// a check first held the map up. `target_error` is the target of the run, if any, as a fraction of the mean.
@@ -56,7 +56,7 @@ pub fn statistical_checks(
         return Vec::new();
     };
     let past = |(share, between)| history.at_share(share, between);
-    let rounding_lx = ROUNDING * judgement.mean;
+    let rounding_lx = ONLY_ROUNDING * judgement.mean;
     // How many times its squared error the map could tolerate, margin included.
     let spare = target_error.map_or(1.0, |target| 1.0 / needed_work(target, judgement, 0.5)).max(1.0);
     let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);

@@ -6,8 +6,11 @@ use super::checks::{ENOUGH_SCORES, LONGEST_WAIT};
 use super::schedule::GROWTH_AFTER_REFUSAL;
 use crate::maps::REPLICAS;
 
-/// Normal quantile: 5 % of a normal distribution lie beyond this many standard deviations on either side.
-pub const NINE_OF_TEN: f64 = 1.645;
+/// Quantile of the normal distribution that one value in twenty exceeds: nine in ten lie within this many standard deviations.
+pub const ONE_IN_TWENTY: f64 = 1.645;
+
+/// Shares of a run's rays at which its forecasts are shown, and compared with what they forecast.
+pub const FORECAST_SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
 
 /// Forecast of a number, with the interval that contains the number in 90 % of runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -28,7 +31,7 @@ impl Forecast {
 
     /// Forecast of a positive number from the standard deviation of its logarithm.
     pub fn spread(expected: f64, deviation_ln: f64) -> Forecast {
-        let factor = (NINE_OF_TEN * deviation_ln).exp();
+        let factor = (ONE_IN_TWENTY * deviation_ln).exp();
         Forecast { expected, low: expected / factor, high: expected * factor }
     }
 
@@ -62,7 +65,7 @@ impl Forecast {
 
     /// Forecast of the number times an uncertain factor. The standard deviation of the logarithm of the factor is `deviation_ln`.
     pub fn times(self, factor: f64, deviation_ln: f64) -> Forecast {
-        let part = |number: f64| (number / self.expected).ln() / NINE_OF_TEN;
+        let part = |number: f64| (number / self.expected).ln() / ONE_IN_TWENTY;
         if self.expected <= 0.0 {
             return Forecast { expected: 0.0, low: 0.0, high: self.high * factor };
         }
@@ -71,8 +74,8 @@ impl Forecast {
         let expected = self.expected * factor;
         Forecast {
             expected,
-            low: expected * (-NINE_OF_TEN * below).exp(),
-            high: expected * (NINE_OF_TEN * above).exp(),
+            low: expected * (-ONE_IN_TWENTY * below).exp(),
+            high: expected * (ONE_IN_TWENTY * above).exp(),
         }
     }
 
@@ -141,7 +144,7 @@ mod tests {
         let pooled = Forecast::pooled([(10.0, 0.1), (1000.0, 1.0)]);
         assert!((pooled.expected - 10.0 * 100f64.powf(1.0 / 101.0)).abs() < 1e-9, "{pooled:?}");
         let slower = Forecast::known(10.0).times(2.0, 0.1);
-        assert!((slower.high / 20.0 - (0.1 * NINE_OF_TEN).exp()).abs() < 1e-12, "{slower:?}");
+        assert!((slower.high / 20.0 - (0.1 * ONE_IN_TWENTY).exp()).abs() < 1e-12, "{slower:?}");
     }
 
     /// Enough scores require no more work. Too few require one refusal, or as many as the longest wait takes.

@@ -43,7 +43,7 @@ pub struct GatheringGrowth {
 
 /// Ratio of one step, and numbers of steps, of the growths of walks and of filling that are tried.
 const STEP: f64 = 1.15;
-const STEPS: i32 = 40;
+const WALK_STEPS: i32 = 40;
 const FILL_STEPS: i32 = 24;
 /// Variances of direct light and of gathering rays fall with this power β of the rays, since their points are quasi-random. In 24 steps from
 /// one look to the next, mostly by four times the rays, it was 1.04 to 1.58 for gathering rays of six made-up rooms, 1.27 in the median. For
@@ -60,7 +60,7 @@ impl GatheringParts {
     pub fn growth(&self, target_lx: f64) -> GatheringGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
-        let most = STEP.powi(STEPS - 1);
+        let most = STEP.powi(WALK_STEPS - 1);
         let silent = self.residuals.silent_share;
         // The variance of the correction is measured as a whole. What cells do not explain of it is that of the map's mean, which is corrected
         // in full, whatever the cells' error is.
@@ -76,7 +76,8 @@ impl GatheringParts {
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
             let residuals = if all_walk { self.residuals.over_all() } else { self.residuals };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
-            for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
+            for (walks, fills) in steps(WALK_STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills)))
+            {
                 let expected = residuals.expected(walks, fills);
                 let left = expected.remaining_lx2();
                 let of_chance_lx2 = (goal_lx2 - left.common) / (margin * margin);

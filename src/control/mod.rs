@@ -12,7 +12,7 @@ mod verdict;
 
 pub use adapt::{ElementLoss, cuts_for};
 pub use checks::{effective_scores, spare_for_tail, statistical_checks};
-pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work, work_for_tail, work_to_pass};
+pub use forecast::{FORECAST_SHARES, Forecast, ONE_IN_TWENTY, deviation_of_work, work_for_tail, work_to_pass};
 pub use gathering::{GatheringGrowth, GatheringParts, KINDS};
 pub use schedule::{GROWTH_AFTER_REFUSAL, after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, EXPONENT_OF_INDEPENDENT_SAMPLES, accepts, margin, needed_work};

@@ -1,14 +1,14 @@
 //! Bounds on the plan of a map that gathers. They follow from the uncertainty of the measured numbers that the plan uses.
 
 use super::GatheringParts;
-use super::forecast::NINE_OF_TEN;
+use super::forecast::ONE_IN_TWENTY;
 use crate::maps::REPLICAS;
 
 /// Uncertainty assumed for the cells' squared error, in its standard errors. The walks that the plan itself adds make this error better
 /// known, so the factor is smaller than the one that 1 run in 20 exceeds. Measured in six kinds of rooms.
 const OF_BIAS: f64 = 0.8;
 /// A variance is assumed to be at least this share of the measured one.
-const LEAST_SHARE: f64 = 0.25;
+const LEAST_VARIANCE: f64 = 0.25;
 
 impl GatheringParts {
     /// Bounds on the rays, beyond those so far, with which the plan reaches a target in lx. Each bound takes all measured numbers as low,
@@ -22,7 +22,7 @@ impl GatheringParts {
         let planned = self.rays_of_growth(target_lx);
         let bounds = [-1.0, 1.0].map(|sign| {
             let mut parts = *self;
-            let factor = (1.0 + sign * NINE_OF_TEN * of_variance).max(LEAST_SHARE);
+            let factor = (1.0 + sign * ONE_IN_TWENTY * of_variance).max(LEAST_VARIANCE);
             parts.squared_lx2.iter_mut().for_each(|squared| *squared *= factor);
             for (common, error) in parts.residuals.common.iter_mut().zip(self.residuals.standard_error) {
                 *common += sign * OF_BIAS * error;

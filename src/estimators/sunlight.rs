@@ -8,15 +8,13 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::uniform_cone;
 use crate::scene::{Openings, Scene, body_of};
-use crate::transport::World;
+use crate::transport::{MOST_PANES, World};
 
-/// Maximum number of panes that a ray to the sun passes.
-const MOST_PANES: u32 = 1000;
 /// A triangle certainly hides a sun if the ray crosses it this far within its edges, as weights of its corners.
 const WITHIN_EDGES: f64 = 1e-4;
 
 /// A direction up to this angle beyond the rim of a cone, in radians, may be in it.
-const ROUNDING: f64 = 1e-9;
+const BEYOND_RIM_RAD: f64 = 1e-9;
 
 /// Suns that each give 1 lx perpendicular to their rays, by their directions.
 #[derive(Clone, Debug)]
@@ -91,7 +89,7 @@ impl Suns {
 pub fn way_out(world: &World, from: &Origin, towards: DVec3) -> (f64, Option<u32>, u64) {
     let mut here = *from;
     let mut passed = 1.0;
-    for rays in 1..=u64::from(MOST_PANES) {
+    for rays in 1..=MOST_PANES {
         let hit = match world.tracer.first_hit(&here, towards) {
             Meeting::Nothing => return (passed, None, rays),
             Meeting::Ball(_) => return (0.0, None, rays),
@@ -103,7 +101,7 @@ pub fn way_out(world: &World, from: &Origin, towards: DVec3) -> (f64, Option<u32
         passed *= glass.shares(world.normal_at(&hit).dot(towards))[1];
         here = world.leave(&hit, LobeKind::Passed);
     }
-    (0.0, None, u64::from(MOST_PANES))
+    (0.0, None, MOST_PANES)
 }
 
 /// Whether a ray crosses a triangle well within its edges.
@@ -135,5 +133,5 @@ fn cones_of(openings: &Openings, point_m: DVec3) -> Vec<[DVec3; 3]> {
 /// Whether a direction lies in a cone. Its rim and a rounding error beyond it are included.
 #[inline]
 fn holds(cone: &[DVec3; 3], towards: DVec3) -> bool {
-    cone.iter().all(|normal| normal.dot(towards) >= -ROUNDING)
+    cone.iter().all(|normal| normal.dot(towards) >= -BEYOND_RIM_RAD)
 }

@@ -6,7 +6,7 @@ use obvhs::bvh2::Bvh2;
 use super::triangle::{Block, LANES};
 
 /// This bit is set for a child that is a block of triangles. The other bits are the block's number.
-const LEAF: u32 = 1 << 31;
+const BLOCK_BIT: u32 = 1 << 31;
 /// The primitive of an empty slot.
 const NONE: u32 = u32::MAX;
 
@@ -31,7 +31,11 @@ impl Child {
     /// Returns the kind and the number of the child.
     #[inline(always)]
     pub fn what(self) -> Below {
-        if self.0 & LEAF != 0 { Below::Block((self.0 & !LEAF) as usize) } else { Below::Node(self.0 as usize) }
+        if self.0 & BLOCK_BIT != 0 {
+            Below::Block((self.0 & !BLOCK_BIT) as usize)
+        } else {
+            Below::Node(self.0 as usize)
+        }
     }
 }
 
@@ -63,7 +67,7 @@ impl Nodes {
         while let Some((pair, place)) = open.pop() {
             let is_block = counts[pair as usize] <= LANES as u32;
             let child = match is_block && place.is_some() {
-                true => Child(LEAF | nodes.push_block(pairs, pair, &corners)),
+                true => Child(BLOCK_BIT | nodes.push_block(pairs, pair, &corners)),
                 false => Child(nodes.push_node(pairs, &counts, pair, &mut open)),
             };
             if let Some((node, lane)) = place {

@@ -21,7 +21,7 @@ use crate::scene::body_of;
 const STACK: usize = (LANES - 1) * DEEPEST + 1;
 
 /// Distance from either end, in scaled coordinates, within which the sides of a triangle are checked before its crossing counts.
-const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
+const NEAR_END: f32 = 1.0 / (1u32 << 12) as f32;
 
 /// Triangles and balls under an eight-wide tree.
 pub(super) struct Tree {
@@ -151,8 +151,8 @@ impl Tree {
     /// Gives the answer of [`Tree::blocks`] by testing every triangle and ball in turn.
     #[cold]
     pub fn blocks_one_by_one(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
-        let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
-        let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
+        let near = NEAR_END / ray.direction.length().max(f32::MIN_POSITIVE);
+        let (first, last) = (BEFORE * near / NEAR_END, 1.0 - BEFORE * near / NEAR_END);
         self.nodes.blocks.iter().enumerate().any(|(number, block)| {
             let crossings = ray.cross(block, signs_portable);
             let mut lanes = crossings.lanes;
@@ -282,7 +282,7 @@ macro_rules! walks {
                                 }
                                 let slot = block * LANES + lane;
                                 let mut crossing = crossings.lane(lane);
-                                if t > NEAR || self.weigh(ray, origin, slot, &mut crossing) {
+                                if t > NEAR_END || self.weigh(ray, origin, slot, &mut crossing) {
                                     let own_rank = crossing.rank();
                                     if own_rank < rank || (own_rank == rank && self.is_before(slot, found_slot)) {
                                         (rank, found_slot, found) = (own_rank, slot, crossing);
@@ -304,8 +304,8 @@ macro_rules! walks {
 
             $(#[$attribute])*
             pub(super) fn $blocks(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
-                let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
-                let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
+                let near = NEAR_END / ray.direction.length().max(f32::MIN_POSITIVE);
+                let (first, last) = (BEFORE * near / NEAR_END, 1.0 - BEFORE * near / NEAR_END);
                 let mut stack = Stack::<Child>::new();
                 let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
                 while let Some(child) = next {

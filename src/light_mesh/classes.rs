@@ -6,6 +6,7 @@
 use super::judge::MeanSquare;
 use super::mesh::SetKind;
 use super::tracing::EntryLight;
+use crate::base::quadrature::GOLDEN;
 
 /// Number of classes of points whose sets disagree, from the least disputed light to the most.
 const LEVELS: usize = 4;
@@ -65,9 +66,6 @@ impl Classes {
         missing
     }
 }
-
-/// 1/φ.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Returns the number of a kind of set.
 pub fn kind(set: SetKind) -> usize {

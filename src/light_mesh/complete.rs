@@ -3,11 +3,12 @@
 
 use super::entries::Entries;
 use super::exact::looks_are_exact;
-use super::judge::ONE_IN_TWENTY;
 use super::options::{HURRIED_PLACE_WALKS, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
+use super::plan_indirect::LEAST_INDIRECT;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, mean_lx, random_lx};
 use super::walks::HALVES;
+use crate::control::ONE_IN_TWENTY;
 
 /// Largest number of passes of shadow rays in each half, where these have random error.
 const MOST_PASSES: u64 = 1 << 20;
@@ -17,8 +18,6 @@ const MOST_WALKS: u32 = 1 << 20;
 const FIRST_ROUND_WALKS: u32 = 16;
 /// Approximate number of rays in a round. The clock and the error are checked after each round.
 const RAYS_OF_ROUND: f64 = 1e6;
-/// Least part of the target for walks, whatever direct light has used.
-const LEAST_SHARE: f64 = 0.3;
 
 /// Rounds that have been run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,7 +124,7 @@ impl Planner<'_> {
             let random_lx = random_lx(entries, lights, |light| light.indirect);
             let target_lx = self.target_lx(entries, lights).unwrap_or(f64::INFINITY);
             let square =
-                ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_SHARE * target_lx).powi(2));
+                ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_INDIRECT * target_lx).powi(2));
             if random_lx.powi(2) <= square || rounds.walks >= MOST_WALKS || (self.stop)() {
                 return;
             }

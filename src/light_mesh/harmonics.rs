@@ -16,18 +16,18 @@ const ORDERS: [usize; 5] = [0, 1, 2, 4, 6];
 /// Factor of the clamped cosine for each order, divided by π.
 const COSINE: [f64; 5] = [1.0, 2.0 / 3.0, 1.0 / 4.0, -1.0 / 24.0, 1.0 / 64.0];
 /// The highest order.
-const MOST: usize = 6;
+const HIGHEST_ORDER: usize = 6;
 /// Number of coefficients of all stored orders: 2 l + 1 each.
 pub const COEFFICIENTS: usize = 1 + 3 + 5 + 9 + 13;
 
 /// Precomputed real harmonics, orthonormal over the sphere.
 pub struct Harmonics {
     /// Factors of the recurrence in l: P_l = a (z P_{l−1} − b P_{l−2}), by m and l.
-    factors: [[[f64; 2]; MOST + 1]; MOST + 1],
+    factors: [[[f64; 2]; HIGHEST_ORDER + 1]; HIGHEST_ORDER + 1],
     /// P_mm divided by P_{m−1,m−1}. The first entry is P_00 itself.
-    diagonal: [f64; MOST + 1],
+    diagonal: [f64; HIGHEST_ORDER + 1],
     /// Index of the first coefficient of each order; `None` for an order that is not stored.
-    first: [Option<usize>; MOST + 1],
+    first: [Option<usize>; HIGHEST_ORDER + 1],
     /// Factor of the clamped cosine for each coefficient.
     cosine: [f64; COEFFICIENTS],
 }
@@ -35,7 +35,7 @@ pub struct Harmonics {
 impl Harmonics {
     /// Computes the factors.
     pub fn new() -> Harmonics {
-        let mut factors = [[[0.0; 2]; MOST + 1]; MOST + 1];
+        let mut factors = [[[0.0; 2]; HIGHEST_ORDER + 1]; HIGHEST_ORDER + 1];
         for (m, of_m) in factors.iter_mut().enumerate() {
             for (l, factor) in of_m.iter_mut().enumerate().skip(m + 1) {
                 let (l, m) = (l as f64, m as f64);
@@ -50,7 +50,7 @@ impl Harmonics {
             0 => (0.25 / PI).sqrt(),
             m => (1.0 + 0.5 / m as f64).sqrt(),
         });
-        let (mut first, mut cosine, mut next) = ([None; MOST + 1], [0.0; COEFFICIENTS], 0);
+        let (mut first, mut cosine, mut next) = ([None; HIGHEST_ORDER + 1], [0.0; COEFFICIENTS], 0);
         for (order, left) in ORDERS.into_iter().zip(COSINE) {
             first[order] = Some(next);
             let count = 2 * order + 1;
@@ -66,10 +66,10 @@ impl Harmonics {
         // cos mφ and sin mφ, times sin^m θ.
         let (mut cosine, mut sine) = (1.0, 0.0);
         let mut on_diagonal = 1.0;
-        for m in 0..=MOST {
+        for m in 0..=HIGHEST_ORDER {
             on_diagonal *= self.diagonal[m];
             let (mut before, mut here) = (0.0, on_diagonal);
-            for l in m..=MOST {
+            for l in m..=HIGHEST_ORDER {
                 if l > m {
                     let [a, b] = self.factors[m][l];
                     (before, here) = (here, a * (d.z * here - b * before));
@@ -102,10 +102,8 @@ impl Harmonics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::quadrature::GOLDEN;
     use crate::sampling::warp::uniform_sphere;
-
-    /// 1/φ: multiples of it cover a turn evenly.
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
     /// ∫ Y_i Y_j dω = δ_ij over a spiral of 60,000 directions.
     #[test]

@@ -10,22 +10,18 @@ use super::mesh::Surroundings;
 use super::options::Stop;
 use super::tracing::EntryLight;
 use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::random::{Purpose, SAMPLE_BITS, Stream};
 
 /// Number of points at which indirect light is computed again during planning. Noise falls faster with more walks than with more points.
 pub const INDIRECT_PLACES: usize = 128;
 /// Number of points at which indirect light is computed again at the end. Only many points include the features that few points have.
 pub const LAST_INDIRECT_PLACES: usize = 512;
 /// Samples of each half for direct light with random error: normally, and after the run has been ended.
-const LOOKS: [u64; 2] = [32, 4];
+const DIRECT_SAMPLES: [u64; 2] = [32, 4];
 /// Walks of each half over all points between two checks of the clock. At least one round is done.
 const WALKS_OF_PIECE: u64 = 1 << 13;
-/// Number of bits of a stream's index that count samples.
-const SAMPLE_BITS: u32 = 32;
 /// Bit of a stream's index that separates the halves.
 const HALF_BIT: u32 = 31;
-/// Quantile of the normal distribution that one value in twenty exceeds.
-pub const ONE_IN_TWENTY: f64 = 1.645;
 /// Quantile of the normal distribution that one value in sixty exceeds. With three mesh maps, each checked against the target, in nineteen
 /// runs of twenty none passes that misses it.
 pub const ONE_IN_SIXTY: f64 = 2.128;
@@ -123,7 +119,11 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
 /// Returns the samples of each half for direct light with random error: more where gloss is seen, few after the run has been ended.
 pub fn looks_until(entries: &Entries, stop: Stop) -> u64 {
     let gloss = entries.sights.as_ref().and_then(|sights| sights.gloss);
-    if stop() { LOOKS[1] } else { gloss.map_or(LOOKS[0], |gloss| gloss.checks.max(LOOKS[0])) }
+    if stop() {
+        DIRECT_SAMPLES[1]
+    } else {
+        gloss.map_or(DIRECT_SAMPLES[0], |gloss| gloss.checks.max(DIRECT_SAMPLES[0]))
+    }
 }
 
 /// Measures the error of direct light. For every chosen point it multiplies the deviations from two independent estimates. The mean of

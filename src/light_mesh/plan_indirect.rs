@@ -3,13 +3,14 @@
 
 use super::entries::Entries;
 use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
-use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
+use super::judge::{Checked, INDIRECT_PLACES, choose};
 use super::options::{FIRST_CHECK_WALKS, HURRIED_PLACE_WALKS, IndirectForm, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::plan::{
     DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, Why, half_ball, mean,
     points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
+use crate::control::ONE_IN_TWENTY;
 
 /// Ratio of the step for indirect light to the user's step. Indirect light varies more smoothly.
 const INDIRECT_COARSER: f64 = 3.0;
@@ -34,7 +35,7 @@ const SHARE_OF_STEP: f64 = 0.55;
 /// Part of that squared error that random error may take. The rest is left to the random error of the last check.
 const SHARE_OF_CHANCE: f64 = 0.3;
 /// Least part of the target for indirect light, whatever direct light has used.
-const LEAST_SHARE: f64 = 0.3;
+pub(super) const LEAST_INDIRECT: f64 = 0.3;
 /// Half the step must leave less than this part of the squared error.
 const HELPED: f64 = 0.8;
 /// Part of the rays for walks from every receiver point that the search for a mesh may take.
@@ -237,7 +238,7 @@ impl<'a> Planner<'a> {
             DirectPlan::Rays(_) => SHARE_OF_DIRECT * target_lx,
         };
         let square = (SHARE_OF_ALL * target_lx).powi(2) - of_direct_lx.powi(2);
-        square.max((LEAST_SHARE * target_lx).powi(2)).sqrt()
+        square.max((LEAST_INDIRECT * target_lx).powi(2)).sqrt()
     }
 
     /// Returns the mean of all light in lx, from few shadow rays and from walks of the checked points.

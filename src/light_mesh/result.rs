@@ -4,13 +4,14 @@ use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, ONE_IN_TWENTY,
-    choose, looks_until, measure_direct,
+    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, choose, looks_until,
+    measure_direct,
 };
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of, mean_lx, random_lx};
+use crate::control::ONE_IN_TWENTY;
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, grid_places, grid_slopes, stated_row,
 };

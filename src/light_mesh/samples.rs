@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::base::quadrature::GOLDEN;
 use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, Tracer};
 use crate::sampling::emitter::Emitter;
@@ -298,9 +299,6 @@ fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
     }
     [(number as f64 + jitter[0]) / count as f64, (number as f64 * GOLDEN + 0.5).fract()]
 }
-
-/// 1/φ: multiples of it cover a turn evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 fn point_of(world: &World, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> EmitterPoint {
     if let Some(point) = emitter.draw_point(stream) {

@@ -139,8 +139,8 @@ impl Solids {
 
 /// Returns one position of a sequence that covers a triangle evenly (Roberts' R2 sequence, folded). The first is the centre.
 fn spread_over_triangle(number: u32) -> [f64; 2] {
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-    let [u, v] = STEPS.map(|step| (1.0 / 3.0 + step * f64::from(number)).fract());
+    const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    let [u, v] = PLASTIC.map(|step| (1.0 / 3.0 + step * f64::from(number)).fract());
     if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
 }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::lattice::{Index, Lattice};
 
 /// Parts of a cell along each axis. Each part has its own template.
-const PARTS: usize = 4;
+const PARTS_ALONG: usize = 4;
 
 /// A mesh point that may lie within the radius of a receiver point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +39,9 @@ impl Templates {
     pub fn new(radius_per_step: f64) -> Templates {
         let reach = radius_per_step.ceil() as i32;
         let part = |number: usize| {
-            let at = |axis: u32| (number / PARTS.pow(axis)) % PARTS;
-            let low = DVec3::new(at(0) as f64, at(1) as f64, at(2) as f64) / PARTS as f64;
-            let high = low + 1.0 / PARTS as f64;
+            let at = |axis: u32| (number / PARTS_ALONG.pow(axis)) % PARTS_ALONG;
+            let low = DVec3::new(at(0) as f64, at(1) as f64, at(2) as f64) / PARTS_ALONG as f64;
+            let high = low + 1.0 / PARTS_ALONG as f64;
             let mut entries = Vec::new();
             for k in -reach..=reach + 1 {
                 for j in -reach..=reach + 1 {
@@ -57,7 +57,7 @@ impl Templates {
             }
             entries
         };
-        Templates { radius_per_step, parts: (0..PARTS.pow(3)).map(part).collect() }
+        Templates { radius_per_step, parts: (0..PARTS_ALONG.pow(3)).map(part).collect() }
     }
 
     /// Lists the mesh points within the radius of a receiver point and in front of it by more than `least_height_m`.
@@ -72,8 +72,8 @@ impl Templates {
     ) {
         found.clear();
         let (cell, within) = lattice.cell_of(place_m);
-        let part = (within * PARTS as f64).min(DVec3::splat(PARTS as f64 - 1.0)).max(DVec3::ZERO);
-        let number = (part.z as usize * PARTS + part.y as usize) * PARTS + part.x as usize;
+        let part = (within * PARTS_ALONG as f64).min(DVec3::splat(PARTS_ALONG as f64 - 1.0)).max(DVec3::ZERO);
+        let number = (part.z as usize * PARTS_ALONG + part.y as usize) * PARTS_ALONG + part.x as usize;
         let least = least_height_m / lattice.step_m + normal.dot(within);
         let radius_squared = self.radius_per_step * self.radius_per_step;
         for entry in &self.parts[number] {

@@ -9,12 +9,10 @@ use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
 use super::mesh::{Counts, LightMesh, SetKind, Surroundings, Workroom};
 use super::samples::Samples;
 use super::walks::walks_at_place_lx;
-use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::random::{Purpose, SAMPLE_BITS, Stream};
 
 /// Entries that a thread takes at a time.
 const ENTRIES_PER_CHUNK: usize = 128;
-/// Number of bits of a stream's index that count samples.
-const SAMPLE_BITS: u32 = 32;
 
 /// Method for computing direct light.
 pub enum DirectBy<'m, 'a> {

@@ -6,9 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::REPLICAS;
 use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::children::ChildElement;
+use super::{HALF, REPLICAS};
 
 /// Largest number of elements for which the indirect variation beyond quadratic functions is measured. More would take too much memory.
 const MOST_WITH_PARTS: usize = 50_000;
@@ -218,7 +218,6 @@ struct Halves {
 
 impl Halves {
     fn of(value: impl Fn(usize) -> f64) -> Halves {
-        const HALF: usize = REPLICAS / 2;
         let means = [0, 1].map(|parity| (0..HALF).map(|j| value(2 * j + parity)).sum::<f64>() / HALF as f64);
         let variances = [0, 1].map(|parity| {
             let squares: f64 = (0..HALF).map(|j| (value(2 * j + parity) - means[parity]).powi(2)).sum();

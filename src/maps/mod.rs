@@ -38,5 +38,8 @@ pub const REPLICAS: usize = 16;
 /// Number of replicas in one half.
 pub const HALF: usize = REPLICAS / 2;
 
+/// Relative errors up to this are rounding of sums, not chance.
+pub const ROUNDING_OF_SUMS: f64 = 1e-12;
+
 /// Numerator of the 95 % confidence bound: if none of N packets went somewhere, less than 3/N of the flux goes there.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;

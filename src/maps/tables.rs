@@ -10,7 +10,7 @@ use crate::scene::{EvaluationGrid, GridPart};
 
 /// Relative spread of replicas that counts as rounding, not chance. Sums of thousands of entries agree up to a few units of the last of 53
 /// bits.
-const ROUNDING: f64 = 1e-14;
+const ROUNDING_OF_SPREAD: f64 = 1e-14;
 
 /// Evaluation points of the minimum and maximum.
 #[derive(Clone, Copy)]
@@ -164,7 +164,10 @@ impl Extreme {
         let standard_error = spread.max(per_unit * self.error).max(least_error).hypot(per_unit * self.pulled());
         let value = of(self.whole, None);
         // An exact value has an error of 0, despite the rounding of the jackknife.
-        Estimate { value, standard_error: if standard_error > ROUNDING * value { standard_error } else { 0.0 } }
+        Estimate {
+            value,
+            standard_error: if standard_error > ROUNDING_OF_SPREAD * value { standard_error } else { 0.0 },
+        }
     }
 }
 
@@ -193,7 +196,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         Some(_) => map.squared_error(|replica| averages[replica]).sqrt(),
         None => standard_error(|replica| averages[replica]),
     };
-    let spread = Some(spread).filter(|spread| *spread > ROUNDING * mean).unwrap_or(0.0);
+    let spread = Some(spread).filter(|spread| *spread > ROUNDING_OF_SPREAD * mean).unwrap_or(0.0);
     let average = Estimate { value: mean, standard_error: spread.hypot(left).max(unseen) };
 
     let (mut least, mut most) = (Extreme::new(1.0), Extreme::new(-1.0));

@@ -9,15 +9,12 @@ use crate::scene::{Elements, Scene};
 use crate::solver::{
     ConvergenceRow, ErrorParts, MapCheck, Observer, Progress, Settings, Solution, Spending, StopReason,
 };
-use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
+use crate::solver::{DEFAULT_TARGET_ERROR, is_long_over, map_requests};
 
 /// A finer mesh takes about 16 times as long as the one before. A run with a time limit starts no mesh that would end late.
 const NEXT_MESH_TAKES: f64 = 16.0;
-/// Meshes without any result yet are given up after the limit times `LONG_OVER` plus `PATIENCE_S` seconds.
-const LONG_OVER: f64 = 1.1;
-const PATIENCE_S: f64 = 0.5;
 /// Least relative uncertainty of the flux in the check of the map, as a part of the emitted flux: the rounding of the sums.
-const ROUNDING: f64 = 1e-9;
+const LEAST_FLUX_ERROR: f64 = 1e-9;
 
 /// Solves a room by radiosity for the requested maps.
 ///
@@ -31,9 +28,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
     let target_error =
         settings.target_error.or_else(|| settings.time_limit_s.is_none().then_some(DEFAULT_TARGET_ERROR));
     let requests = map_requests(scene, &settings.maps);
-    let is_long_over =
-        || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S);
-    let mut radiosity = Radiosity::new_within(scene, &is_long_over)?;
+    let mut radiosity = Radiosity::new_within(scene, &|| is_long_over(settings, observer))?;
     let mut convergence = Vec::new();
     let mut last_s = started.elapsed().as_secs_f64();
     let (maps, estimated_error, stop_reason) = loop {
@@ -131,6 +126,6 @@ fn map_check(scene: &Scene, radiosity: &Radiosity, maps: &[MapResult]) -> Result
     Ok(MapCheck {
         absorbed_by_map_lm: flux.absorbed_lm,
         standard_error_lm: flux.estimated_error_lm,
-        z_score: deviation_lm / flux.estimated_error_lm.max(ROUNDING * emitted_lm).max(f64::MIN_POSITIVE),
+        z_score: deviation_lm / flux.estimated_error_lm.max(LEAST_FLUX_ERROR * emitted_lm).max(f64::MIN_POSITIVE),
     })
 }

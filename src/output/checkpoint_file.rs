@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
 
+use super::directory::BLOCK;
 use super::sealed::{Format, Sealed, SealedError, hexadecimal};
 use crate::solver::{KeptRun, RunState};
 
@@ -24,8 +25,6 @@ const CHECKPOINTS: Format = Format {
     remedy: "name another checkpoint, or start the run again: luxmc solve SCENE --out DIR --checkpoint FILE",
 };
 
-/// Bytes that are written or read at a time.
-const BLOCK: usize = 1 << 20;
 /// Placeholder for the digits of a digest that is not known yet.
 const NO_DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 

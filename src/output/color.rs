@@ -24,6 +24,9 @@ pub const PURPLE: Ink = [204, 121, 167];
 /// Amber of luminaires (adapted from the same source).
 pub const AMBER: Ink = [240, 170, 20];
 
+/// Number of colours of a scale of illuminances or luminances: more could not be distinguished.
+pub const SHADES: usize = 128;
+
 /// Viridis at 33 even steps. Lightness rises evenly for every reader and in print (van der Walt and Smith, "A better default
 /// colormap for Matplotlib", 2015; placed in the public domain).
 const VIRIDIS: [Ink; 33] = [

@@ -5,7 +5,7 @@ use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION}
 use super::numbers::{count_tick, duration, percent, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::texts::{decimal, said, say, words};
-use crate::control::Forecast;
+use crate::control::{FORECAST_SHARES, Forecast};
 use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
 const WIDTH: f64 = 940.0;
@@ -18,8 +18,6 @@ const BELOW_AXIS: f64 = 36.0;
 /// Left edges of the columns, and the width of a column.
 const LEFTS: [f64; 2] = [92.0, 552.0];
 const COLUMN: f64 = 360.0;
-/// Shares of the run's rays at which the forecasts of that time are shown.
-const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
 /// Parts of the error are drawn down to this multiple of the least error or target.
 const LEAST_PART: f64 = 0.2;
 
@@ -57,7 +55,7 @@ struct ErrorPart {
     ink: Ink,
 }
 
-const PARTS: [ErrorPart; 3] = [
+const ERROR_PARTS: [ErrorPart; 3] = [
     ErrorPart { name: words!("random"), of: |error| error.random, ink: SKY },
     ErrorPart { name: words!("bias"), of: |error| error.bias, ink: PURPLE },
     ErrorPart { name: words!("discretisation"), of: |error| error.discretisation, ink: GREEN },
@@ -133,7 +131,8 @@ fn count(number: u64) -> String {
 /// The parts of the error, if there is more than one.
 fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static ErrorPart> {
     let judged = || rows.iter().filter(|row| row.judged);
-    let shown: Vec<&ErrorPart> = PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
+    let shown: Vec<&ErrorPart> =
+        ERROR_PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
     if shown.len() > 1 { shown } else { Vec::new() }
 }
 
@@ -147,13 +146,13 @@ fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
     let done = |row: &ConvergenceRow| if last.rays > 0 { row.rays as f64 } else { row.wall_s };
     let first_share = done(first) / done(last);
     let mut stood = Vec::new();
-    if SHARES[0] < first_share && first_share < 1.0 {
+    if FORECAST_SHARES[0] < first_share && first_share < 1.0 {
         stood.push(Stood {
             label: say!("at {} %", decimal(format!("{:.0}", (100.0 * first_share).max(1.0)))),
             row: first,
         });
     }
-    for share in SHARES.into_iter().filter(|share| *share > first_share) {
+    for share in FORECAST_SHARES.into_iter().filter(|share| *share > first_share) {
         if let Some(row) = rows.iter().rfind(|row| done(row) <= share * done(last)) {
             stood.push(Stood { label: say!("at {} %", decimal(format!("{:.0}", 100.0 * share))), row });
         }

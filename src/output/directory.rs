@@ -35,8 +35,8 @@ const OWN_NAMES: &[&str] = &[
     "year-hours.csv",
     GRIDS_INFO,
 ];
-/// Number of bytes that are written at a time.
-const BLOCK: usize = 1 << 20;
+/// Bytes that are written or read at a time.
+pub(super) const BLOCK: usize = 1 << 20;
 /// Beginnings and end of temporary names: for the staged files of a run, and for files that are written one by one.
 const STAGED: &str = ".luxmc-result-";
 const WRITTEN: &str = ".luxmc-";

@@ -16,8 +16,8 @@ const BESIDE: f64 = 2.5;
 /// Half the height of a cross.
 const CROSS: f64 = 3.5;
 /// Largest number of luminaires that are labelled with their share of the glare, and the smallest share that is labelled.
-const MOST_SHARES: usize = 12;
-const LEAST_SHARE: f64 = 0.02;
+const MOST_LABELLED: usize = 12;
+const LEAST_LABELLED: f64 = 0.02;
 /// Ratings at which the next class begins: limits of EN 12464-1.
 const CLASSES: [f64; 4] = [16.0, 19.0, 22.0, 25.0];
 /// Positions of the classes on the perceptual scale, the mildest first.
@@ -49,7 +49,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
         let radius = LARGEST_DISK * share.sqrt();
         picture.disk([x, y], radius, AMBER);
         picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
-        if place < MOST_SHARES && share >= LEAST_SHARE {
+        if place < MOST_LABELLED && share >= LEAST_LABELLED {
             let text = format!("{:.0}%", 100.0 * share);
             let away = radius + BESIDE;
             // The label stands beside the disk, on the left if the page ends at the right.

@@ -10,12 +10,12 @@ use super::texts::say;
 use crate::maps::MapResult;
 
 /// Largest difference of the scale, in standard errors. Larger ones have the last colour and lie in the last bars.
-const MOST: f64 = 3.0;
+const WIDEST: f64 = 3.0;
 /// Colour steps on either side of 0.
 const SHADES: i32 = 12;
 const BLUE: Ink = [33, 102, 172];
 const RED: Ink = [178, 24, 43];
-/// Bars of the histogram, over [−`MOST`, `MOST`].
+/// Bars of the histogram, over [−`WIDEST`, `WIDEST`].
 const BARS: usize = 24;
 /// Fewer points show no distribution.
 const FEWEST: usize = 50;
@@ -63,30 +63,30 @@ pub fn histogram_picture(name: &str, deviations: &[Option<f64>]) -> Option<Pictu
     if known.len() < FEWEST {
         return None;
     }
-    let width = 2.0 * MOST / BARS as f64;
+    let width = 2.0 * WIDEST / BARS as f64;
     let mut counts = [0usize; BARS];
     for z in &known {
-        let bar = ((z + MOST) / width).floor().clamp(0.0, (BARS - 1) as f64);
+        let bar = ((z + WIDEST) / width).floor().clamp(0.0, (BARS - 1) as f64);
         counts[bar as usize] += 1;
     }
     let share = |count: usize| count as f64 / known.len() as f64 / width;
     let density = |z: f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let most = counts.iter().map(|count| share(*count)).fold(density(0.0), f64::max) * 1.08;
     let (left, right, top, bottom) = (62.0, 640.0, 64.0, 330.0);
-    let x = |z: f64| left + (z + MOST) / (2.0 * MOST) * (right - left);
+    let x = |z: f64| left + (z + WIDEST) / (2.0 * WIDEST) * (right - left);
     let y = |height: f64| bottom - height / most * (bottom - top);
     let mut picture = Picture::new(680.0, 400.0, say!("Differences of the halves of {}", name));
     picture.words(Words::new(say!("Differences of the halves: {}", name), [left, 24.0], 17.0).bold());
     let words = say!("{} points; bars: frequency, line: normal distribution of mean 0 and variance 1", known.len());
     picture.words(Words::new(words, [left, 43.0], TYPE).ink(SOFT));
     for (bar, count) in counts.iter().enumerate() {
-        let [low, high] = [bar, bar + 1].map(|edge| x(edge as f64 * width - MOST));
+        let [low, high] = [bar, bar + 1].map(|edge| x(edge as f64 * width - WIDEST));
         let at = y(share(*count));
         picture.area(vec![[low, at], [high, at], [high, bottom], [low, bottom]], mixed(BLUE, WHITE, 0.45), 1.0);
         picture.ring(vec![[low, at], [high, at], [high, bottom], [low, bottom]], Pen::new(WHITE, 0.8));
     }
     let steps = 120;
-    let curve = (0..=steps).map(|step| 2.0 * MOST * f64::from(step) / f64::from(steps) - MOST);
+    let curve = (0..=steps).map(|step| 2.0 * WIDEST * f64::from(step) / f64::from(steps) - WIDEST);
     picture.line(curve.map(|z| [x(z), y(density(z))]).collect(), Pen::new(BLACK, 1.6));
     picture.line(vec![[left, bottom], [right, bottom]], Pen::new(BLACK, 1.0));
     for z in -3..=3 {
@@ -106,7 +106,7 @@ fn signed(number: i32) -> String {
 
 /// White at 0, red above, blue below.
 fn ink(deviation: f64) -> Ink {
-    let step = (deviation / MOST * f64::from(SHADES)).round().clamp(-f64::from(SHADES), f64::from(SHADES));
+    let step = (deviation / WIDEST * f64::from(SHADES)).round().clamp(-f64::from(SHADES), f64::from(SHADES));
     mixed(WHITE, if step < 0.0 { BLUE } else { RED }, step.abs() / f64::from(SHADES))
 }
 
@@ -114,13 +114,13 @@ fn draw_legend(picture: &mut Picture, layout: &MapLayout) {
     let (left, width) = (layout.left + layout.width + 22.0, 16.0);
     let height = layout.height.max(LEAST_LEGEND);
     let (top, bottom) = (layout.top, layout.top + height);
-    let y = |deviation: f64| bottom - (deviation + MOST) / (2.0 * MOST) * height;
+    let y = |deviation: f64| bottom - (deviation + WIDEST) / (2.0 * WIDEST) * height;
     for shade in -SHADES..=SHADES {
         let edge =
-            |by: f64| (f64::from(shade) + by).clamp(-f64::from(SHADES), f64::from(SHADES)) * MOST / f64::from(SHADES);
+            |by: f64| (f64::from(shade) + by).clamp(-f64::from(SHADES), f64::from(SHADES)) * WIDEST / f64::from(SHADES);
         let (low, high) = (y(edge(-0.5)), y(edge(0.5)));
         let ring = vec![[left, high], [left + width, high], [left + width, low], [left, low]];
-        picture.cells(vec![ring], ink(f64::from(shade) * MOST / f64::from(SHADES)));
+        picture.cells(vec![ring], ink(f64::from(shade) * WIDEST / f64::from(SHADES)));
     }
     picture.ring(vec![[left, top], [left + width, top], [left + width, bottom], [left, bottom]], Pen::new(BLACK, 0.8));
     for z in -3..=3 {

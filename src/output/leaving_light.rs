@@ -3,13 +3,10 @@
 use std::f64::consts::PI;
 
 use super::observers::maps_of;
-use crate::maps::{Estimate, MapResult};
+use crate::maps::{Estimate, MapResult, ROUNDING_OF_SUMS};
 use crate::scene::photometry::IntensityWeb;
 use crate::scene::{IntensityTable, Quantity, Scene};
 use crate::solver::Solution;
-
-/// Errors below this share of a value are rounding errors.
-const ROUNDING: f64 = 1e-12;
 
 /// A computed intensity distribution and the values derived from it.
 #[derive(Clone, Debug)]
@@ -59,7 +56,7 @@ fn of_map<'a>(scene: &Scene, map: &'a MapResult, table: &'a IntensityTable) -> O
     let (entry, (plane, step)) = most?;
     let powers: Option<Vec<f64>> = scene.luminaires.iter().map(|luminaire| luminaire.power_w).collect();
     let known = |value: f64, standard_error: f64| {
-        let standard_error = if standard_error > ROUNDING * value { standard_error } else { 0.0 };
+        let standard_error = if standard_error > ROUNDING_OF_SUMS * value { standard_error } else { 0.0 };
         Estimate { value, standard_error }
     };
     Some(LeavingLight {

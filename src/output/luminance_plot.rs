@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::axes::{ChartFrame, Scale, TYPE};
-use super::color::{BLACK, BLUE, Ink, SOFT, perceptual};
+use super::color::{BLACK, BLUE, Ink, SHADES, SOFT, perceptual};
 use super::numbers::{lux, percent, tick};
 use super::picture::{Pen, Picture, TextAnchor, Words};
 use super::texts::say;
@@ -11,15 +11,13 @@ use crate::maps::MapResult;
 use crate::scene::{ReceiverLayout, ReceiverSet};
 
 /// Largest width and height of a picture.
-const LARGEST: [f64; 2] = [760.0, 620.0];
+const LARGEST_PICTURE: [f64; 2] = [760.0, 620.0];
 /// Left and upper edge of the picture on the page.
 const LEFT: f64 = 40.0;
 const TOP: f64 = 70.0;
 /// Space for the legend at the right, and for a note below.
 const RIGHT: f64 = 110.0;
-const BOTTOM: f64 = 52.0;
-/// Number of colours of the scale.
-const SHADES: usize = 128;
+const BELOW: f64 = 52.0;
 /// Lowest end of the scale, as a share of the brightest value: four decades.
 const WIDEST_SPAN: f64 = 1e-4;
 /// Highest lower end of the scale, as a share of the brightest value. The span is at least a factor of two, so that an even field
@@ -65,10 +63,10 @@ fn view_picture(
 ) -> Picture {
     // The cells of the flat screen have the proportions of its field and need not be square.
     let size = field_deg.map(|angle_deg| (0.5 * angle_deg).to_radians().tan());
-    let scale = (LARGEST[0] / size[0]).min(LARGEST[1] / size[1]);
+    let scale = (LARGEST_PICTURE[0] / size[0]).min(LARGEST_PICTURE[1] / size[1]);
     let (width, height) = (size[0] * scale, size[1] * scale);
     let page_width = (LEFT + width + RIGHT).max(560.0);
-    let page_height = TOP + height.max(120.0) + BOTTOM;
+    let page_height = TOP + height.max(120.0) + BELOW;
     let mut picture = Picture::new(page_width, page_height, say!("Luminance picture {}", set.name));
     let what = say!("{} × {} directions, {}° × {}°", columns, rows, tick(field_deg[0]), tick(field_deg[1]));
     head(&mut picture, set, map, &what);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::axes::{Scale, TYPE};
-use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
+use super::color::{BLACK, GREY, Ink, SHADES, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::{FlatMap, FlatPoint, quantity_words, unit_words};
 use super::font::text_width;
@@ -20,8 +20,6 @@ const SMALLEST: [f64; 2] = [330.0, 260.0];
 const SMALL_ROOM: LineSpace = LineSpace { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
 /// Smallest width of a page with titles.
 const LEAST_WIDTH: f64 = 620.0;
-/// Number of colours of the scale: more could not be distinguished.
-const SHADES: usize = 128;
 /// If the greatest value exceeds the median by this factor, the field is shown on a logarithmic scale.
 const LOGARITHMIC_FROM: f64 = 8.0;
 /// Values beyond this quantile times [`BEYOND`] do not stretch the scale.

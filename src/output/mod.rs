@@ -53,6 +53,7 @@ mod view_columns;
 mod vtk;
 mod year;
 mod year_plot;
+mod zlib;
 
 pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
 pub use daylight_factors::daylight_factors;

@@ -4,6 +4,7 @@
 use super::leaving_light::LeavingLight;
 use super::sheet::shortest;
 use crate::scene::Scene;
+use crate::scene::photometry::DIRECT_RATIOS;
 
 /// Numbers on a line of an IES file.
 const NUMBERS_PER_LINE: usize = 8;
@@ -11,8 +12,6 @@ const NUMBERS_PER_LINE: usize = 8;
 const LONGEST_FIELD: usize = 78;
 /// Largest number of letters of a line of an IES file, without its keyword.
 const LONGEST_LABEL: usize = 200;
-/// Number of direct ratios in an EULUMDAT file.
-const DIRECT_RATIOS: usize = 10;
 
 /// An IES file. The luminaires' flux is given as that of one lamp; intensities are in cd.
 pub(super) fn ies_text(scene: &Scene, light: &LeavingLight) -> String {

@@ -30,7 +30,7 @@ use crate::solver::Solution;
 pub const MOST_SURFACES: usize = 200;
 /// Largest number of receiver sets that are all plotted and written as grids, and the number of the first ones otherwise. Nobody
 /// reads more pages. A page takes as long to write as fifty rows of a table, and a time limit waits for neither.
-const MOST_SETS: usize = 200;
+const MOST_SETS_PLOTTED: usize = 200;
 const SETS_OF_MANY: usize = 50;
 
 /// A surface side with a larger stated error is not plotted: its colours would show noise.
@@ -102,7 +102,7 @@ impl Plot {
 
 /// Number of the first receiver sets that are plotted and written as grids; the tables have all.
 pub fn plotted_sets(sets: usize) -> usize {
-    if sets <= MOST_SETS { sets } else { SETS_OF_MANY }
+    if sets <= MOST_SETS_PLOTTED { sets } else { SETS_OF_MANY }
 }
 
 /// All plots of a run: grids with their value charts, the flat surfaces that light reaches, the error against time, and the

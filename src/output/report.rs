@@ -33,7 +33,7 @@ const FEWEST_ELEMENTS: usize = 32;
 const SMALL_SHARE: f64 = 0.005;
 /// Largest number of receiver sets that a report lists. A page cannot usefully show thousands, and the layout of a PDF of them
 /// takes seconds.
-const MOST_SETS: usize = 200;
+const MOST_SETS_LISTED: usize = 200;
 /// Up to this many surfaces, all are listed.
 const FEW_SURFACES: usize = 16;
 
@@ -136,14 +136,14 @@ impl Report<'_> {
         let mut table = result_table();
         let sets = self.scene.receivers.iter().rev();
         let quantities: HashMap<&str, Quantity> = sets.map(|set| (set.name.as_str(), set.quantity)).collect();
-        for row in rows.iter().take(MOST_SETS) {
+        for row in rows.iter().take(MOST_SETS_LISTED) {
             let kind = match quantities.get(row.name.as_str()).copied() {
                 None | Some(Quantity::Perpendicular) => String::new(),
                 Some(quantity) => format!(" ({})", said(quantity.name())),
             };
             table.row(result_cells(row, format!("{}{kind}", escaped(&row.name))));
         }
-        let rest = match rows.len().saturating_sub(MOST_SETS) {
+        let rest = match rows.len().saturating_sub(MOST_SETS_LISTED) {
             0 => String::new(),
             n => format!(
                 "<p class=\"soft small\">{}</p>\n",

@@ -1,17 +1,16 @@
 //! Two-byte codes for the numbers of the view in space, and the columns that hold them.
 
-use std::io::Write as _;
+use super::zlib::zlib;
 
 use flate2::Compression;
-use flate2::write::ZlibEncoder;
 use glam::DVec3;
 
 /// Natural logarithm of the ratio of the largest illuminance to the smallest that is distinguished from 0: nine decades.
 pub const SPAN: f64 = 20.7232658369464;
 /// Steps between the codes of the smallest and of the largest illuminance.
-const STEPS: f64 = 65_533.0;
+const CODE_STEPS: f64 = 65_533.0;
 /// The code for an unknown value.
-const UNKNOWN: u16 = u16::MAX;
+const UNKNOWN_CODE: u16 = u16::MAX;
 
 /// Largest number of bytes that are compressed at the best level. More would take seconds for a few percent.
 const MOST_AT_BEST: usize = 2 << 20;
@@ -26,12 +25,12 @@ impl LuxCode {
     /// The code of an illuminance: 0 for 0 and values below the smallest, 1 to 65,534 for most·exp(((code − 1)/65,533 − 1)·span),
     /// and 65,535 for no value.
     pub fn code(&self, illuminance_lx: Option<f64>) -> u16 {
-        let Some(illuminance_lx) = illuminance_lx else { return UNKNOWN };
+        let Some(illuminance_lx) = illuminance_lx else { return UNKNOWN_CODE };
         if illuminance_lx <= self.most_lx * (-SPAN).exp() {
             return 0;
         }
         let share = 1.0 + (illuminance_lx / self.most_lx).ln() / SPAN;
-        1 + (share.clamp(0.0, 1.0) * STEPS).round() as u16
+        1 + (share.clamp(0.0, 1.0) * CODE_STEPS).round() as u16
     }
 }
 
@@ -75,13 +74,10 @@ impl Columns {
         }
     }
 
-    /// All columns, compressed with zlib (RFC 1950), which browsers call "deflate".
+    /// All columns, compressed.
     pub fn compressed(&self) -> Vec<u8> {
-        const IN_MEMORY: &str = "compressing to memory asks for nothing that could fail";
         let level = if self.bytes.len() <= MOST_AT_BEST { Compression::best() } else { Compression::default() };
-        let mut encoder = ZlibEncoder::new(Vec::new(), level);
-        encoder.write_all(&self.bytes).expect(IN_MEMORY);
-        encoder.finish().expect(IN_MEMORY)
+        zlib(&self.bytes, level)
     }
 }
 
@@ -90,7 +86,7 @@ mod tests {
     use super::*;
 
     fn decoded(code: u16, most_lx: f64) -> f64 {
-        most_lx * (((f64::from(code) - 1.0) / STEPS - 1.0) * SPAN).exp()
+        most_lx * (((f64::from(code) - 1.0) / CODE_STEPS - 1.0) * SPAN).exp()
     }
 
     #[test]
@@ -99,9 +95,12 @@ mod tests {
         assert!((SPAN - 1e9f64.ln()).abs() < 1e-12);
         for illuminance_lx in [2e-5, 0.013, 1.0, 499.5, 12_344.0, 12_345.0] {
             let back_lx = decoded(lux.code(Some(illuminance_lx)), lux.most_lx);
-            assert!((back_lx / illuminance_lx - 1.0).abs() < 0.51 * SPAN / STEPS, "{back_lx} for {illuminance_lx}");
+            assert!(
+                (back_lx / illuminance_lx - 1.0).abs() < 0.51 * SPAN / CODE_STEPS,
+                "{back_lx} for {illuminance_lx}"
+            );
         }
-        assert_eq!([Some(0.0), Some(-3.0), Some(1e-6), None].map(|lx| lux.code(lx)), [0, 0, 0, UNKNOWN]);
+        assert_eq!([Some(0.0), Some(-3.0), Some(1e-6), None].map(|lx| lux.code(lx)), [0, 0, 0, UNKNOWN_CODE]);
         assert_eq!(LuxCode { most_lx: 0.0 }.code(Some(0.0)), 0);
     }
 

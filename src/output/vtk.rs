@@ -6,12 +6,12 @@ use std::io::Write;
 use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
 use flate2::Compression;
-use flate2::write::ZlibEncoder;
 
 use super::StreamedFile;
 use super::maps::OwnEmission;
 use super::picture::escaped;
 use super::streamed::unwritable;
+use super::zlib::zlib;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene, Side};
 use crate::solver::Solution;
@@ -182,7 +182,7 @@ fn compressed_blocks<const N: usize>(data: impl Iterator<Item = [u8; N]>) -> [Ve
     let mut block: Vec<u8> = Vec::new();
     let (mut blocks, mut sizes, mut last) = (Vec::new(), Vec::new(), 0);
     let mut add = |block: &mut Vec<u8>| {
-        let compressed = compressed(block);
+        let compressed = zlib(block, Compression::fast());
         sizes.push(compressed.len());
         blocks.extend(compressed);
         block.clear();
@@ -201,13 +201,6 @@ fn compressed_blocks<const N: usize>(data: impl Iterator<Item = [u8; N]>) -> [Ve
     [header.flat_map(|size| (size as u64).to_le_bytes()).collect(), blocks]
 }
 
-fn compressed(block: &[u8]) -> Vec<u8> {
-    const IN_MEMORY: &str = "compressing to memory asks for nothing that could fail";
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
-    encoder.write_all(block).expect(IN_MEMORY);
-    encoder.finish().expect(IN_MEMORY)
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Read as _;
@@ -218,7 +211,7 @@ mod tests {
     fn blocks_come_back_whole() {
         let data: Vec<u8> = (0..100_000u32).flat_map(|i| (i * i).to_le_bytes()).collect();
         let mut back = Vec::new();
-        flate2::read::ZlibDecoder::new(&compressed(&data)[..]).read_to_end(&mut back).expect("sound");
+        flate2::read::ZlibDecoder::new(&zlib(&data, Compression::fast())[..]).read_to_end(&mut back).expect("sound");
         assert_eq!(back, data);
     }
 

@@ -339,7 +339,7 @@ impl RoomMesh {
 }
 
 /// Elements nearer than this multiple of their diagonal get a slope.
-const NEAR: f64 = 1.5;
+const NEAR_DIAGONALS: f64 = 1.5;
 
 /// Number of parts of a near element in each direction.
 const CUTS: usize = 4;
@@ -382,7 +382,7 @@ impl Viewpoint {
         let away_u = self.position[axis_u] - 0.5 * (u[0] + u[1]);
         let away_v = self.position[axis_v] - 0.5 * (v[0] + v[1]);
         let size2 = (u[1] - u[0]).powi(2) + (v[1] - v[0]).powi(2);
-        off * off + away_u * away_u + away_v * away_v < NEAR * NEAR * size2
+        off * off + away_u * away_u + away_v * away_v < NEAR_DIAGONALS * NEAR_DIAGONALS * size2
     }
 }
 

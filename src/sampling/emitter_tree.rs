@@ -12,7 +12,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::few_beacons::{FewBeacons, Weights};
-use super::importance::{Beacon, NEAR, Profile};
+use super::importance::{Beacon, NEAR_RADIUS_PER_DISTANCE, Profile};
 
 /// A node: an emitter, or two children.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ const NEAR_OF_MANY: f64 = 0.5;
 const WEIGHED_AT_A_TIME: usize = 4;
 
 /// A sum that has shrunk to this share of its original value is only rounding error.
-const ROUNDING: f64 = 1e-13;
+const NOTHING_LEFT: f64 = 1e-13;
 
 /// The groups that are available for choices at one point, with reusable storage, so that choosing allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -113,7 +113,7 @@ impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
     pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
         let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
-        let near = if beacons.len() > MANY { NEAR_OF_MANY } else { NEAR };
+        let near = if beacons.len() > MANY { NEAR_OF_MANY } else { NEAR_RADIUS_PER_DISTANCE };
         let nodes = Vec::with_capacity(2 * beacons.len());
         let mut tree = EmitterTree { nodes, place_of: vec![0; beacons.len()], near, few: FewBeacons::of(beacons) };
         (!order.is_empty()).then(|| {
@@ -227,7 +227,7 @@ impl EmitterTree {
                 open.push(weaker);
             }
             rest -= strongest.importance;
-            if rest <= ROUNDING * all {
+            if rest <= NOTHING_LEFT * all {
                 rest = 0.0;
             }
             match self.nodes[strongest.node as usize].content {

@@ -8,9 +8,9 @@ use glam::{DVec3, Vec3};
 use super::importance::{Beacon, Profile};
 
 /// Number of beacons that are weighed at a time.
-const LANES: usize = 8;
+const ABREAST: usize = 8;
 /// Largest number of beacons that count as few. With more, the tree takes less time.
-const MOST: usize = 256;
+const FEW: usize = 256;
 /// Limits of coordinates about the centre and of intensities. Below them, all derived values fit in single precision.
 const LARGEST_M: f64 = 1e8;
 const LARGEST_CD: f64 = 1e20;
@@ -18,7 +18,7 @@ const LARGEST_CD: f64 = 1e20;
 const LEAST_SQUARED_M2: f32 = 1e-16;
 /// Rounding of single precision as a share of the largest coordinate. Radii grow by this, so that an emitter just above the horizon is
 /// never taken to be below it.
-const ROUNDING: f64 = 4e-7;
+const RELATIVE_ROUNDING_F32: f64 = 4e-7;
 
 /// Beacons in blocks of eight. Successive beacons go from block to block, and after the last block to the next lane. The sums of the lanes,
 /// made by eight additions at a time, are therefore sums of runs of successive beacons.
@@ -40,23 +40,23 @@ pub(super) struct FewBeacons {
 /// Eight beacons, in m relative to the centre, and in cd.
 #[derive(Clone, Copy, Debug, Default)]
 struct BeaconBlock {
-    center: [[f32; LANES]; 3],
-    axis: [[f32; LANES]; 3],
-    radius: [f32; LANES],
+    center: [[f32; ABREAST]; 3],
+    axis: [[f32; ABREAST]; 3],
+    radius: [f32; ABREAST],
     /// Largest 1/d² that is used: that of the radius without the margin for rounding.
-    most_per_m2: [f32; LANES],
-    intensity: [f32; LANES],
+    most_per_m2: [f32; ABREAST],
+    intensity: [f32; ABREAST],
     /// 1 where the intensity is independent of the angle from the axis or given by a table; otherwise 0.
-    is_even: [f32; LANES],
+    is_even: [f32; ABREAST],
 }
 
 /// Weights of all beacons at one point, with reusable storage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Weights {
     /// Weights by block.
-    eights: Vec<[f32; LANES]>,
+    eights: Vec<[f32; ABREAST]>,
     /// Sum of each lane.
-    lanes: [f64; LANES],
+    lanes: [f64; ABREAST],
     total: f64,
 }
 
@@ -81,7 +81,7 @@ impl Weights {
     /// mispredicted.
     fn place_at(&self, aim: f64) -> Option<usize> {
         let (lane, before) = passed(self.lanes, aim);
-        if lane < LANES {
+        if lane < ABREAST {
             let in_lane = self.eights.iter().map(|eight| f64::from(eight[lane]));
             let (block, _) = passed(in_lane, aim - before);
             if block < self.eights.len() {
@@ -105,20 +105,20 @@ fn passed(numbers: impl IntoIterator<Item = f64>, aim: f64) -> (usize, f64) {
 }
 
 /// Weights of a block, and the largest cos γ that each beacon's extent allows.
-type Weighed = [[f32; LANES]; 2];
+type Weighed = [[f32; ABREAST]; 2];
 
 impl FewBeacons {
     /// Makes the beacons of emitters, each with its parts if it has any. `None` if they are too many or exceed single precision.
     pub fn of(beacons: &[&Beacon]) -> Option<FewBeacons> {
         let parts = |beacon: &'_ Beacon| beacon.parts.len().max(1);
         let count: usize = beacons.iter().map(|beacon| parts(beacon)).sum();
-        if count == 0 || count > MOST {
+        if count == 0 || count > FEW {
             return None;
         }
         let middle_m = beacons.iter().map(|beacon| beacon.center_m).sum::<DVec3>() / beacons.len() as f64;
         let mut few = FewBeacons {
             middle_m,
-            blocks: vec![BeaconBlock::default(); count.div_ceil(LANES)],
+            blocks: vec![BeaconBlock::default(); count.div_ceil(ABREAST)],
             emitters: Vec::with_capacity(count),
             firsts: Vec::with_capacity(beacons.len() + 1),
             tables: Vec::new(),
@@ -152,7 +152,7 @@ impl FewBeacons {
         for (axis, lanes) in block.axis.iter_mut().enumerate() {
             lanes[lane] = beacon.axis[axis] as f32;
         }
-        block.radius[lane] = (beacon.radius_m + ROUNDING * largest_m) as f32;
+        block.radius[lane] = (beacon.radius_m + RELATIVE_ROUNDING_F32 * largest_m) as f32;
         block.most_per_m2[lane] = (1.0 / (beacon.radius_m * beacon.radius_m)) as f32;
         block.intensity[lane] = beacon.intensity_cd as f32;
         block.is_even[lane] = f32::from(u8::from(!matches!(beacon.profile, Profile::Cosine)));
@@ -171,7 +171,7 @@ impl FewBeacons {
     #[inline]
     pub fn weigh(&self, point_m: DVec3, normal: DVec3, weights: &mut Weights) {
         let (point, normal) = ((point_m - self.middle_m).as_vec3(), normal.as_vec3());
-        weights.eights.resize(self.blocks.len(), [0.0; LANES]);
+        weights.eights.resize(self.blocks.len(), [0.0; ABREAST]);
         #[cfg(target_arch = "x86_64")]
         if self.has_avx2 {
             // SAFETY: the processor has AVX2.
@@ -190,7 +190,7 @@ impl FewBeacons {
     #[inline(always)]
     fn weigh_all(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
         let mut tables = self.tables.as_slice();
-        let mut lanes = [0.0; LANES];
+        let mut lanes = [0.0; ABREAST];
         for (number, (block, weights_of_eight)) in self.blocks.iter().zip(&mut weights.eights).enumerate() {
             let cosines;
             [*weights_of_eight, cosines] = block.weigh(point, normal);
@@ -232,9 +232,9 @@ impl BeaconBlock {
     /// Returns the weights of all eight: see [`Beacon::importance`].
     #[inline(always)]
     fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {
-        let [mut weights, mut cosines] = [[0.0; LANES]; 2];
+        let [mut weights, mut cosines] = [[0.0; ABREAST]; 2];
         for (lane, (weight, reached)) in weights.iter_mut().zip(&mut cosines).enumerate() {
-            let of_lane = |axes: &[[f32; LANES]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
+            let of_lane = |axes: &[[f32; ABREAST]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
             let center = of_lane(&self.center);
             let offset = [center[0] - point.x, center[1] - point.y, center[2] - point.z];
             let dot = |[x, y, z]: [f32; 3]| offset[0] * x + offset[1] * y + offset[2] * z;
@@ -338,6 +338,6 @@ mod tests {
         assert!(FewBeacons::of(&[&near, &near]).is_some());
         assert!(FewBeacons::of(&[&near, &far]).is_none());
         assert!(FewBeacons::of(&[&near, &beacon(DVec3::ONE, 1e30)]).is_none());
-        assert!(FewBeacons::of(&vec![&near; MOST + 1]).is_none() && FewBeacons::of(&[]).is_none());
+        assert!(FewBeacons::of(&vec![&near; FEW + 1]).is_none() && FewBeacons::of(&[]).is_none());
     }
 }

@@ -92,6 +92,7 @@ fn place(cumulative: &[f64; ACROSS], at: f64) -> (usize, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::quadrature::GOLDEN;
 
     /// A skewed distribution: one bin has ten times as much as all others together.
     fn lopsided() -> [f64; BINS] {
@@ -106,7 +107,7 @@ mod tests {
         const STEPS: usize = 512;
         let (mut weights, mut counts) = ([0.0; BINS], [0usize; BINS]);
         for step in 0..STEPS * STEPS {
-            let at = [(step as f64 + 0.5) / (STEPS * STEPS) as f64, (step as f64 * 0.618_033_988_749_894_9).fract()];
+            let at = [(step as f64 + 0.5) / (STEPS * STEPS) as f64, (step as f64 * GOLDEN).fract()];
             let (to, weight) = density.warp(at);
             assert!(to.iter().all(|at| (0.0..1.0).contains(at)));
             weights[bin_of(to)] += weight / (STEPS * STEPS) as f64;

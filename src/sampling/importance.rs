@@ -13,7 +13,7 @@ const LOOKS_IN_GAMMA: usize = 5;
 const LOOKS_IN_C: usize = 72;
 
 /// A beacon is near if its radius is more than this share of its distance.
-pub const NEAR: f64 = 0.25;
+pub const NEAR_RADIUS_PER_DISTANCE: f64 = 0.25;
 /// Two emitters aim alike if the cosine between their axes is above this.
 const ALIKE: f64 = 0.999;
 
@@ -89,7 +89,7 @@ impl Beacon {
     /// Whether a point is near relative to the beacon's size, so that the importance of the whole ball is a poor measure there.
     #[inline]
     pub fn is_near(&self, point_m: DVec3) -> bool {
-        self.spans(point_m, NEAR)
+        self.spans(point_m, NEAR_RADIUS_PER_DISTANCE)
     }
 
     /// Whether the radius is more than this share of the distance to a point.

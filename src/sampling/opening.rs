@@ -22,7 +22,7 @@ const PERIMETER_STEPS: usize = 256;
 /// average.
 const MOST_DRAWS: u32 = 20_000;
 /// For a rectangle nearer than this, over half its diagonal, light samples are drawn by solid angle as well as by area.
-const NEAR: f64 = 6.0;
+const NEAR_HALF_DIAGONALS: f64 = 6.0;
 /// Share of these light samples that are drawn by solid angle.
 const BY_SOLID_ANGLE: f64 = 0.9;
 
@@ -290,7 +290,7 @@ impl Aperture {
         };
         let twice_quarter = a.cross(b);
         let offset_m = self.center_m - point_m;
-        let reach_m = NEAR * self.radius_m();
+        let reach_m = NEAR_HALF_DIAGONALS * self.radius_m();
         if twice_quarter == DVec3::ZERO || offset_m.length_squared() > reach_m * reach_m {
             return None;
         }

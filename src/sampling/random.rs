@@ -80,6 +80,9 @@ struct Lot {
     length: f64,
 }
 
+/// Bits of a stream's index that count samples. The bits above them give the point or the element.
+pub const SAMPLE_BITS: u32 = 32;
+
 /// A variate of 53 bits still has 24 bits after the 29 halvings that this limit allows.
 const LEAST_LOT: f64 = 1.0 / 536_870_912.0;
 

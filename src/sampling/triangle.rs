@@ -11,9 +11,9 @@ use crate::base::solid_angle::triangle_solid_angle_sr;
 /// fifth of the draws are kept.
 const FAR_RADIUS_PER_DISTANCE: f64 = 0.25;
 
-/// Largest number of draws of a rejection loop; reaching it means a numerical fault. At least 5% of the draws are accepted, so 2000
-/// failures in a row have a probability below 1e-44.
-const MOST_DRAWS: u32 = 2000;
+/// Largest number of draws of a rejection loop; reaching it means a numerical fault. At least one draw in 30 is accepted (5% for triangles),
+/// so 2000 failures in a row have a probability below 1e-29.
+pub(super) const MOST_DRAWS: u32 = 2000;
 
 /// A triangle seen from the origin, prepared for drawing its points by (projected) solid angle.
 #[derive(Clone, Copy, Debug)]

@@ -25,7 +25,7 @@ const LEAF_SR: f64 = 0.5 * BAND * COLUMN;
 /// Largest angle in rad that a triangle of the quadrature spans, multiplied by the degree of the series.
 const QUADRATURE_STEP: f64 = 1.5;
 /// Number of cuts of a leaf along an edge for the search of the largest density.
-const LOOKS: u32 = 12;
+const CUTS: u32 = 12;
 
 /// A closed body r(θ, φ) = Σ c_lm Y_lm about its centre.
 #[derive(Clone, Debug)]
@@ -218,11 +218,11 @@ impl Body {
     }
 
     fn find_densest_m2_sr(&self, triangle: u32) -> f64 {
-        let step = 1.0 / f64::from(LOOKS);
+        let step = 1.0 / f64::from(CUTS);
         let row = |j: u32| -> Vec<f64> {
-            (0..=LOOKS - j).map(|i| self.density_m2_sr(triangle, [f64::from(i) * step, f64::from(j) * step])).collect()
+            (0..=CUTS - j).map(|i| self.density_m2_sr(triangle, [f64::from(i) * step, f64::from(j) * step])).collect()
         };
-        let rows: Vec<Vec<f64>> = (0..=LOOKS).map(row).collect();
+        let rows: Vec<Vec<f64>> = (0..=CUTS).map(row).collect();
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
         // The density varies slowly. Between the sampled points it exceeds them by no more than the difference of neighbours.
         let change =

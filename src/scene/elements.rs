@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::body_of;
 pub use super::leaves::MOST_CUTS;
-use super::leaves::{Leaves, WHOLE, corners_of, cuts_of};
+use super::leaves::{Leaves, UNCUT, corners_of, cuts_of};
 use super::{Scene, SurfaceId};
 
 /// A side of a surface.
@@ -210,7 +210,7 @@ impl Elements {
     /// Returns the element side of a number.
     #[inline]
     pub fn element(&self, index: u32) -> ElementSide {
-        let (uncut, path) = self.leaves.as_ref().map_or((index, WHOLE), |leaves| leaves.part_and_path(index));
+        let (uncut, path) = self.leaves.as_ref().map_or((index, UNCUT), |leaves| leaves.part_and_path(index));
         let (triangle, local) = self.uncut(uncut);
         let parts = self.divisions[triangle] * self.divisions[triangle];
         ElementSide {

@@ -12,7 +12,7 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 /// Extensions that are read. For each of them the reader takes all that concerns light.
 const READ: [&str; 3] = [QUANTIZATION, "KHR_materials_pbrSpecularGlossiness", "KHR_materials_transmission"];
 /// Prefixes of extensions for the look of surfaces: shaders, materials, textures and how these are stored.
-const LOOKS: [&str; 8] = [
+const APPEARANCE: [&str; 8] = [
     "KHR_materials_",
     "KHR_texture_",
     "KHR_techniques_",
@@ -43,7 +43,7 @@ const OF_CONSEQUENCE: [&str; 5] =
 
 fn may_be_passed_over(name: &str) -> bool {
     let is_known = [QUANTIZATION, LAMPS].contains(&name) || NOTES.contains(&name);
-    is_known || LOOKS.iter().any(|beginning| name.starts_with(beginning)) || ENABLED_EXTENSIONS.contains(&name)
+    is_known || APPEARANCE.iter().any(|beginning| name.starts_with(beginning)) || ENABLED_EXTENSIONS.contains(&name)
 }
 
 /// Removes the ignorable extensions from the list of extensions that a file requires.

@@ -6,6 +6,7 @@ use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
 use super::intensity_table::IntensityTable;
 use super::model::{ReceiverLayout, ReceiverPoint};
+use super::photometry::LARGEST_OPENING_M;
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
 use super::units::LengthUnit;
@@ -22,10 +23,8 @@ const FEWEST_STEPS: f64 = 4.0;
 const MOST_STEPS: f64 = 360.0;
 /// Greatest number of C planes.
 const MOST_PLANES: u32 = 720;
-/// Largest extent in m of a luminous opening that photometric files may have.
-const LARGEST_OPENING_M: f64 = 100.0;
 /// Tolerance with which 180° must be a whole number of steps.
-const ROUNDING: f64 = 1e-9;
+const STEP_TOLERANCE: f64 = 1e-9;
 
 /// Returns the quantity of an `intensity` receiver, its directions, and one point per direction. `most` limits the number of points.
 pub(super) fn read(
@@ -59,7 +58,7 @@ pub(super) fn read(
 fn read_steps(node: &Node) -> Result<u32, SceneError> {
     let step_deg = node.above_zero("the step of gamma")?;
     let steps = 180.0 / step_deg;
-    if (steps - steps.round()).abs() > ROUNDING * steps || !(FEWEST_STEPS..=MOST_STEPS).contains(&steps.round()) {
+    if (steps - steps.round()).abs() > STEP_TOLERANCE * steps || !(FEWEST_STEPS..=MOST_STEPS).contains(&steps.round()) {
         let expected =
             format!("180° divided by a whole number, from {} to {}", 180.0 / MOST_STEPS, 180.0 / FEWEST_STEPS);
         return Err(node.refuse(

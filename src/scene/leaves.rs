@@ -24,7 +24,7 @@ pub struct Leaves {
 }
 
 /// The path of a part that is not cut.
-pub const WHOLE: u32 = 1;
+pub const UNCUT: u32 = 1;
 
 /// Number of cuts that lead to the piece at the end of a path.
 #[inline]
@@ -68,7 +68,7 @@ impl Leaves {
         let mut leaves = Leaves::default();
         for part in 0..parts as u32 {
             leaves.first_leaf.push(leaves.leaves.len() as u32);
-            let root = leaves.grow(part, WHOLE, &mut is_cut);
+            let root = leaves.grow(part, UNCUT, &mut is_cut);
             leaves.roots.push(root);
         }
         leaves.first_leaf.push(leaves.leaves.len() as u32);
@@ -148,11 +148,11 @@ mod tests {
         // Part 0 whole, part 1 cut twice at its first corner, part 2 cut evenly.
         let leaves = Leaves::of(3, |part, path| match part {
             0 => false,
-            1 => path == WHOLE || path == (WHOLE << 2),
+            1 => path == UNCUT || path == (UNCUT << 2),
             _ => cuts_of(path) < 3,
         });
         assert_eq!(leaves.len(), 1 + 7 + 64);
-        assert!(leaves.is_cut(1, WHOLE << 2) && !leaves.is_cut(1, (WHOLE << 2) | 3) && !leaves.is_cut(0, WHOLE));
+        assert!(leaves.is_cut(1, UNCUT << 2) && !leaves.is_cut(1, (UNCUT << 2) | 3) && !leaves.is_cut(0, UNCUT));
         let whole = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         for part in 0..3 {
             let mut area = 0.0;

@@ -386,11 +386,11 @@ fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
 }
 
 fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], SceneError> {
-    /// Two decimal fractions that sum to 1 on paper may differ from it by this much in doubles.
-    const ROUNDING: f64 = 1e-12;
+    /// Two decimal fractions that sum to 1 on paper may sum to this much in doubles.
+    const SLIGHTLY_OVER_ONE: f64 = 1.0 + 1e-12;
     let shares = [share(fields, first)?, share(fields, second)?];
     let sum = shares[0] + shares[1];
-    if sum > 1.0 + ROUNDING {
+    if sum > SLIGHTLY_OVER_ONE {
         let node = fields.need(second, "0.5")?;
         return Err(node.refuse_as(
             format!("\"{first}\" and \"{second}\" sum to more than 1"),

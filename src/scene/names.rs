@@ -7,14 +7,14 @@ pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str
     /// Longest typed name in bytes. Longer ones are no typing errors. The time per pair grows with the square of the length.
     const LONGEST: usize = 200;
     /// Only this many names of a list are compared.
-    const MOST: usize = 10_000;
+    const MOST_COMPARED: usize = 10_000;
     if typed.len() > LONGEST {
         return None;
     }
     let lower = typed.to_lowercase();
     allowed
         .into_iter()
-        .take(MOST)
+        .take(MOST_COMPARED)
         .filter(|name| name.len() <= LONGEST)
         .map(|name| (edits(&lower, &name.to_lowercase()), name))
         .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 3)
@@ -25,10 +25,10 @@ pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str
 /// Joins names as `"a", "b" or "c"`. Long lists are cut.
 pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     /// Most names in a message.
-    const MOST: usize = 16;
+    const MOST_QUOTED: usize = 16;
     let names: Vec<&str> = names.into_iter().collect();
-    let quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();
-    if names.len() > MOST {
+    let quoted: Vec<String> = names.iter().take(MOST_QUOTED).map(|name| format!("\"{name}\"")).collect();
+    if names.len() > MOST_QUOTED {
         return format!("{}, … ({} in all)", quoted.join(", "), names.len());
     }
     match quoted.as_slice() {
@@ -41,9 +41,10 @@ pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 /// Joins names as `a, b, c`. Long lists show the first few names and the number of the others.
 pub(crate) fn joined(names: &[String]) -> String {
     /// Most names in a sentence.
-    const MOST: usize = 8;
-    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
-    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
+    const MOST_JOINED: usize = 8;
+    let more =
+        if names.len() > MOST_JOINED { format!(" and {} more", names.len() - MOST_JOINED) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(MOST_JOINED)].join(", "))
 }
 
 /// Levenshtein's distance: the number of insertions, deletions and replacements of characters.

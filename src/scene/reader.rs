@@ -429,11 +429,11 @@ pub(super) fn meant<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>)
 /// Shortens a text for a message.
 pub(super) fn shortened(text: &str) -> String {
     /// Most characters of a value that a message repeats.
-    const MOST: usize = 60;
-    if text.chars().count() <= MOST {
+    const MOST_LETTERS: usize = 60;
+    if text.chars().count() <= MOST_LETTERS {
         return text.to_string();
     }
-    format!("{}…", text.chars().take(MOST).collect::<String>())
+    format!("{}…", text.chars().take(MOST_LETTERS).collect::<String>())
 }
 
 fn child(parent: &str, key: &str) -> String {

@@ -3,10 +3,10 @@
 
 use std::ops::RangeInclusive;
 
-use super::Method;
 use super::context::Context;
 use super::job::{Engine, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
+use super::{DEFAULT_TARGET_ERROR, Method};
 use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
@@ -48,9 +48,6 @@ pub mod kept_offer {
         Ok(offered.map(|offer| offer.ok_or("considered before the run was resumed")))
     }
 }
-
-/// Error at which methods are compared if no target is set.
-const USUAL_ERROR: f64 = 0.01;
 
 /// Reason: local estimation is not considered while little work is left.
 const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and first error checks";
@@ -131,7 +128,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
     if context.method != Method::Auto {
         return gathering.is_ok();
     }
-    let error = target.unwrap_or(USUAL_ERROR);
+    let error = target.unwrap_or(DEFAULT_TARGET_ERROR);
     let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
     let at_best = match gathering {
         Ok(work) if job.kind == MapKind::Elements => work.min(without),

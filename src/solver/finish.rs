@@ -209,10 +209,10 @@ fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String
 /// Shortens a list of warnings of one kind to the first ones and the number of the others. A scene of thousands of receiver sets may cause
 /// many.
 fn few(mut warnings: Vec<String>, of_more: impl Fn(usize) -> String) -> Vec<String> {
-    const MOST: usize = 16;
-    if warnings.len() > MOST {
-        let more = warnings.len() - MOST;
-        warnings.truncate(MOST);
+    const MOST_WARNINGS: usize = 16;
+    if warnings.len() > MOST_WARNINGS {
+        let more = warnings.len() - MOST_WARNINGS;
+        warnings.truncate(MOST_WARNINGS);
         warnings.push(of_more(more));
     }
     warnings

@@ -37,7 +37,7 @@ use super::passes::{self, Deposits};
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use crate::estimators::control_variate::ControlVariates;
-use crate::maps::{Judgement, MapKind, PACKETS_OF_A_BOUND, REPLICAS, ReplicaMap, Tally, judge};
+use crate::maps::{Judgement, MapKind, PACKETS_OF_A_BOUND, REPLICAS, ROUNDING_OF_SUMS, ReplicaMap, Tally, judge};
 use crate::scene::Elements;
 
 /// A map that is still dark after this many chains, or gathering rays, divided by the target error is left dark.
@@ -48,9 +48,6 @@ const CHAINS_OF_BALANCE: u64 = 256;
 
 /// Chains per replica at which local estimation is judged for the first time.
 const FIRST_LOCAL_CHAINS: u64 = 64;
-
-/// Relative errors below this value are rounding of sums, not random error.
-const ROUNDING: f64 = 1e-12;
 
 /// One map in progress.
 #[derive(Serialize, Deserialize)]
@@ -275,7 +272,7 @@ impl Job {
 
     /// Whether the error is 0 and stays 0.
     pub fn is_exact(&self) -> bool {
-        self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error < ROUNDING
+        self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error < ROUNDING_OF_SUMS
     }
 
     /// Whether nothing reflects light: the scene is black.

@@ -43,7 +43,7 @@ pub use merge::{Merged, MoreShares, merge};
 pub use portion::{MapOfShare, MapSums, Portion, Share};
 pub use run::{
     Expectation, GoingOn, Keeper, KeptRun, Observer, Progress, RunState, Silent, SlowestMap, expectations,
-    map_requests, resume, solve,
+    is_long_over, map_requests, resume, solve,
 };
 pub use share::{ShareRecord, resume_share, solve_share};
 pub use solution::*;

@@ -20,8 +20,8 @@ const MOST_RAYS_OF_CHAINS: f64 = 50_000.0;
 const SHARE_OF_LIMIT: f64 = 0.02;
 const LONGEST_SLICE_S: f64 = 0.25;
 /// Largest and smallest ratio of the rays of the next slice to those of the one before.
-const MOST_GROWTH: f64 = 4.0;
-const LEAST_GROWTH: f64 = 0.01;
+const MOST_RATIO: f64 = 4.0;
+const LEAST_RATIO: f64 = 0.01;
 
 /// The time that a run has left, for work that takes long between two slices. Results depend on it only if a limit or the user ends the
 /// run.
@@ -113,7 +113,7 @@ impl Pace {
             Some(most) => (2.0 * rays).min(most),
             None if self.slice_s.is_finite() => {
                 let growth = self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE);
-                growth.clamp(LEAST_GROWTH, MOST_GROWTH) * rays
+                growth.clamp(LEAST_RATIO, MOST_RATIO) * rays
             }
             None => rays,
         };

@@ -21,7 +21,8 @@ use std::time::{Duration, Instant};
 
 pub use self::expectations::{Expectation, expectations};
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState};
-use self::long_over::{give_up_long_paths, is_long_over};
+use self::long_over::give_up_long_paths;
+pub use self::long_over::is_long_over;
 use self::observer::LaterObserver;
 pub use self::observer::{Observer, Silent};
 pub use self::progress::{Progress, SlowestMap};

@@ -1,10 +1,7 @@
 //! Numbers of random streams: which entry, sample, round and chain uses which stream.
 
 use crate::maps::MapKind;
-use crate::sampling::random::Stream;
-
-/// Bits of a stream's index that count samples. The bits above them give the point or the element.
-const SAMPLE_BITS: u32 = 32;
+use crate::sampling::random::{SAMPLE_BITS, Stream};
 
 /// Number of the element map's streams after `rounds` rounds of cuts. A map that starts anew uses new random numbers.
 pub fn stream_number(rounds: u32) -> u32 {

@@ -4,7 +4,7 @@ use super::glare_rating::worst_of_sets;
 use super::{GlareRating, Solution};
 use crate::base::glare::LEAST_RATING;
 use crate::control::{Certainty, Limit, Ruling, certainty};
-use crate::maps::{Estimate, MapKind, MapResult};
+use crate::maps::{Estimate, MapKind, MapResult, ROUNDING_OF_SUMS};
 use crate::scene::{Measure, ReceiverSet, Requirement, Scene};
 
 /// Change of a rating per change of the logarithm of the background.
@@ -150,9 +150,6 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     found(map, requirement, estimate, bias, &places, [0.0, greatest])
 }
 
-/// Relative differences of sums up to which they are only rounding.
-const ROUNDING: f64 = 1e-12;
-
 /// The least direct light, or its ratio to the greatest: light that has met nothing on its way, times the share of the flux that counts.
 fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
     let (values, errors_lx) = (&map.values.direct, &map.values.direct_standard_error);
@@ -164,7 +161,7 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
         .map(|(index, _)| Estimate {
             value: requirement.flux_factor * values[index],
             // Replicas that differ only by rounding count as equal.
-            standard_error: match errors_lx[index] > ROUNDING * values[index] {
+            standard_error: match errors_lx[index] > ROUNDING_OF_SUMS * values[index] {
                 true => requirement.flux_factor * errors_lx[index],
                 false => 0.0,
             },

@@ -300,7 +300,7 @@ impl World {
     pub fn transmittance_out(&self, from: &Origin, direction: DVec3) -> (f64, u64) {
         let mut here = *from;
         let mut product = 1.0;
-        for rays in 1..=MOST_PANES as u64 {
+        for rays in 1..=MOST_PANES {
             let hit = match self.tracer.first_hit(&here, direction) {
                 Meeting::Nothing => return (product, rays),
                 Meeting::Ball(_) => return (0.0, rays),
@@ -312,7 +312,7 @@ impl World {
             product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
             here = self.leave(&hit, LobeKind::Passed);
         }
-        (0.0, MOST_PANES as u64)
+        (0.0, MOST_PANES)
     }
 
     /// Follows one packet from a luminaire to its end. Returns the end and the number of rays. If the packet left the scene after a surface
@@ -478,5 +478,5 @@ impl World {
     }
 }
 
-/// Maximum number of panes that a connection passes. This many panes of any real glass transmit nothing.
-const MOST_PANES: usize = 1000;
+/// Maximum number of panes that a connection, or a ray to the sun, passes. This many panes of any real glass transmit nothing.
+pub const MOST_PANES: u64 = 1000;

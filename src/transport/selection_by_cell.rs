@@ -52,7 +52,7 @@ const ANY: f64 = 0.01;
 /// Share of the bound of an emitter's illuminance that is added to its unshadowed illuminance.
 const SHARE_OF_BOUND: f64 = 0.5;
 /// Distance from the centre of a cell, in edges, within which no emitter may stand; the second value is for a single point emitter.
-const NEAR: f64 = 0.5;
+const NEAR_EXTENDED: f64 = 0.5;
 const NEAR_POINT: f64 = 1.2;
 /// Ratio of an emitter's bound at a point to its mean in the cell from which on the cell is too near.
 const UNEVEN: f64 = 3.0;
@@ -63,8 +63,8 @@ const MOST_EXTRA: f64 = 0.2;
 /// The survey affects results only through probabilities, so its random numbers are the same for all seeds.
 const SEED: u64 = 0x51_6875;
 
-/// Units of probability 1: probabilities are stored as multiples of 1/`WHOLE`.
-const WHOLE: f64 = 2_147_483_648.0;
+/// Units of probability 1: probabilities are stored as multiples of 1/`CERTAIN`.
+const CERTAIN: f64 = 2_147_483_648.0;
 
 /// Probabilities of emitters, cell by cell. A cell is a cube of space and one of six directions that surfaces face.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -74,7 +74,7 @@ pub struct SelectionByCell {
     counts: [usize; 3],
     /// Number of every cell among those that were surveyed.
     numbers: Vec<u32>,
-    /// For each surveyed cell, the cumulative probability up to and including every emitter, in units of 1/[`WHOLE`].
+    /// For each surveyed cell, the cumulative probability up to and including every emitter, in units of 1/[`CERTAIN`].
     cumulative: Vec<u32>,
     emitters: usize,
     rays: u64,
@@ -214,7 +214,7 @@ impl CellChoice<'_> {
     /// The emitter that a variate in [0, 1) chooses, and the probability of that choice.
     #[inline]
     pub fn choose(self, variate: f64) -> (u32, f64) {
-        let aim = (variate * WHOLE) as u32;
+        let aim = (variate * CERTAIN) as u32;
         let emitter = self.0.partition_point(|sum| *sum <= aim).min(self.0.len() - 1) as u32;
         (emitter, self.probability(emitter))
     }
@@ -224,7 +224,7 @@ impl CellChoice<'_> {
     pub fn probability(self, emitter: u32) -> f64 {
         let place = emitter as usize;
         let before = if place == 0 { 0 } else { self.0[place - 1] };
-        f64::from(self.0[place] - before) / WHOLE
+        f64::from(self.0[place] - before) / CERTAIN
     }
 }
 
@@ -262,7 +262,7 @@ struct Bounds {
 /// Bounds of what the emitters may bring to points of a cell, in lx. `None` if an emitter is so near that it differs between the points.
 fn bounds_over(world: &World, (center_m, cell_m): (DVec3, f64), places: &[&LitPlace]) -> Option<Bounds> {
     let list = world.emitters.list();
-    let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
+    let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR_EXTENDED };
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
     }
@@ -361,10 +361,10 @@ fn look_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
     let any = ANY / list.len() as f64;
     let sums = weights.iter().scan(0.0, |sum, weight| {
         *sum += (1.0 - ANY) * weight / total + any;
-        Some((*sum * WHOLE) as u32)
+        Some((*sum * CERTAIN) as u32)
     });
     let mut cumulative: Vec<u32> = sums.collect();
-    *cumulative.last_mut()? = WHOLE as u32;
+    *cumulative.last_mut()? = CERTAIN as u32;
     Some(CellCounts { cell: cell[0].cell, cumulative, rays })
 }
 

@@ -22,13 +22,13 @@ const MOST_REGIONS: usize = 128;
 /// Points of a region from which the first light samples are taken.
 const FIRST_POINTS: u64 = 8;
 /// Maximum number of luminaires sampled from each of these points.
-const FIRST_LOOKS: u64 = 32;
+const FIRST_SAMPLED: u64 = 32;
 /// The choice needs help if more than this share of the unshadowed light is hidden from a point. Less costs little.
 pub const HIDDEN: f64 = 0.99;
 /// Points of a region that is surveyed closely.
 const POINTS: u64 = 16;
 /// Maximum number of luminaires sampled from each of these points.
-const LOOKS: u64 = 256;
+const MOST_SAMPLED: u64 = 256;
 /// A close survey at a point ends when the luminaires not yet sampled could bring at most this share of what is visible.
 const REST: f64 = 1e-3;
 /// The survey affects results only through probabilities, so its random numbers are the same for all seeds.
@@ -246,7 +246,7 @@ fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> 
     let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &LightInSight| found.seen_lx >= found.rest_lx || found.looks >= FIRST_LOOKS;
+        let enough = |found: &LightInSight| found.seen_lx >= found.rest_lx || found.looks >= FIRST_SAMPLED;
         let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
@@ -264,7 +264,7 @@ fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> 
     let mut shares: Vec<(u32, f64)> = Vec::new();
     for index in 0..POINTS {
         let first = shares.len();
-        let enough = |found: &LightInSight| found.has_little_rest() || found.looks >= LOOKS;
+        let enough = |found: &LightInSight| found.has_little_rest() || found.looks >= MOST_SAMPLED;
         let mut show = |emitter: u32, lx: f64| {
             if lx > 0.0 {
                 shares.push((emitter, lx));

@@ -10,7 +10,7 @@ use crate::scene::{Scene, Side, body_of};
 /// Number of sides times emitters up to which every side is tested against every emitter: one second of work.
 const MOST_TESTS: usize = 200_000_000;
 /// Rounding error of a height, as a share of the longest distance in a scene.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING_OF_HEIGHT: f64 = 1e-12;
 
 /// Marks the sides that no emitter of a scene can light.
 pub(super) fn mark_unlit(scene: &Scene, world: &mut World) {
@@ -18,7 +18,7 @@ pub(super) fn mark_unlit(scene: &Scene, world: &mut World) {
     if reaches.len().saturating_mul(scene.triangles.len()) > MOST_TESTS {
         return;
     }
-    let tolerance_m = ROUNDING * world.tracer.longest_m();
+    let tolerance_m = ROUNDING_OF_HEIGHT * world.tracer.longest_m();
     world.triangles.par_iter_mut().enumerate().for_each_init(
         || 0,
         |latest, (triangle, optics)| {

@@ -2,9 +2,6 @@
 
 use crate::solver::ConvergenceRow;
 
-/// Shares of a run's rays at which its forecasts are compared.
-pub const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
-
 /// A forecast during a run, compared with the actual result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgedForecast {

@@ -6,6 +6,7 @@ use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Stopwatch;
 use super::methods::{Climb, ComparedMethod};
+use super::statistics::SAME_SUM;
 use crate::solver::{ElementChoice, MapSelection, Settings};
 
 /// Chains per map on the lowest rung.
@@ -45,9 +46,6 @@ pub struct Ladder {
     /// Error against rays, if there are enough rungs.
     pub by_rays: Option<LadderFit>,
 }
-
-/// Errors below this are rounding errors.
-const ROUNDING: f64 = 1e-9;
 
 /// One rung: runs with the same number of chains.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +113,7 @@ impl LadderFit {
 impl Ladder {
     /// The cheapest rung with only rounding errors, if there is one. The method is then exact at any cost.
     pub fn exact_rung(&self) -> Option<&Rung> {
-        self.rungs.iter().find(|rung| rung.true_error < ROUNDING)
+        self.rungs.iter().find(|rung| rung.true_error < SAME_SUM)
     }
 
     /// Figure of merit 1/(ε² t) in 1/s: geometric mean over the fitted rungs. Twice the figure means the same error in half the

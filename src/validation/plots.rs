@@ -21,7 +21,9 @@ const BESIDE: RGBColor = rgb(color::SOFT);
 /// Colour of grids and bands.
 pub(super) const FAINT: RGBColor = rgb(color::FAINT);
 /// Colour of the band that the criterion allows: green-blue (Okabe and Ito 2008).
-const ALLOWED: RGBColor = RGBColor(0, 158, 115);
+const ALLOWED: RGBColor = rgb(color::GREEN);
+/// Colour of the method `auto`, of rooms not used for tuning, and of the rival.
+pub(super) const OTHER: RGBColor = rgb(color::GREEN);
 /// Font of axes and legends: the typeface of the pages, size in SVG units.
 pub(super) const TEXT: (&str, u32) = ("Helvetica, Arial, sans-serif", 13);
 

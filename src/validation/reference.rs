@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use super::error::CaseError;
 use super::exact::TruthSite;
 
-/// Maximum distance in m between a point of the reference and the receiver, per coordinate: the rounding of a table.
-const SAME_PLACE_M: f64 = 1e-6;
+/// Maximum distance in m between a point of the reference and the receiver, per coordinate, and between a row of a
+/// stored run and its point or element: the rounding of the files.
+pub(super) const SAME_PLACE_M: f64 = 1e-6;
 
 /// A table of reference numbers. Columns `x,y,z`, if present, must match the receivers' positions. A column `surface` names the
 /// surface of an average.

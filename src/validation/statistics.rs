@@ -4,8 +4,8 @@ use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 use super::exact::Exact;
 
-/// Standard errors below this part of the value are rounding of sums, not random. The value then counts as exact.
-const ROUNDING: f64 = 1e-9;
+/// Relative differences and errors up to this are rounding of sums, not random: values that differ less are equal.
+pub(super) const SAME_SUM: f64 = 1e-9;
 
 /// A measured value with its exact value.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ impl ComparedEntry {
 
     /// Returns whether the value has no random error.
     pub fn is_exact(&self) -> bool {
-        self.standard_error <= ROUNDING * self.measured.abs()
+        self.standard_error <= SAME_SUM * self.measured.abs()
     }
 
     /// Known differences between the truth and the model.

@@ -9,13 +9,11 @@ use super::comparison::ELEMENT_MAP;
 use super::error::CaseError;
 use super::exact::{Exact, LightPart, TruthSite};
 use super::fields::read_text;
+use super::reference::SAME_PLACE_M;
+use super::statistics::SAME_SUM;
 use super::words::percent;
 use crate::scene::Scene;
 
-/// Maximum distance in m between a row of the stored run and its point or element: the rounding of the files.
-const SAME_PLACE_M: f64 = 1e-6;
-/// Maximum relative difference between fluxes or areas of the same scene: the rounding of a sum.
-const SAME_SUM: f64 = 1e-9;
 /// Number of seeds that `luxmc compare` may use for a ladder, following the run's seed: up to 64 doublings of four seeds each.
 const SEEDS_OF_A_LADDER: u64 = 256;
 

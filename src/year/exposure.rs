@@ -14,7 +14,7 @@ use crate::scene::{ReceiverPoint, Scene};
 use crate::transport::World;
 
 /// Samples of the sun in a day.
-const LOOKS: u32 = 24 * 60;
+const SUNS_OF_A_DAY: u32 = 24 * 60;
 /// Bisections of a minute: to a hundredth of a second.
 const HALVINGS: u32 = 13;
 /// Hours of sunlight on a day for the minimum, medium and high level of EN 17037.
@@ -78,7 +78,7 @@ struct SunDay {
 impl SunDay {
     fn of(site: SunSite, date: (u32, u32)) -> SunDay {
         let day = SunDay { site, date, towards: Vec::new() };
-        SunDay { towards: (0..=LOOKS).map(|look| day.towards(hour_of(look))).collect(), ..day }
+        SunDay { towards: (0..=SUNS_OF_A_DAY).map(|look| day.towards(hour_of(look))).collect(), ..day }
     }
 
     /// Direction to the sun at an hour, or `None` if the sun is too low.
@@ -92,7 +92,7 @@ impl SunDay {
 }
 
 fn hour_of(look: u32) -> f64 {
-    24.0 * f64::from(look) / f64::from(LOOKS)
+    24.0 * f64::from(look) / f64::from(SUNS_OF_A_DAY)
 }
 
 fn sunlit(world: &World, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -> SunlitHours {

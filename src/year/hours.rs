@@ -18,7 +18,7 @@ use crate::scene::{Weather, WeatherHour, WeatherLight};
 /// many years.
 pub(super) const YEAR: i32 = 2026;
 /// Number of parts across a patch to average its luminance, divided by the subdivision: finer patches need fewer.
-const PARTS: u32 = 4;
+const PARTS_ACROSS: u32 = 4;
 
 /// An hour with light.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,7 @@ impl YearSky {
         is_occupied: impl Fn(f64) -> bool + Sync,
     ) -> YearSky {
         let patches = SkyPatches::new(subdivision);
-        let parts = PARTS.div_ceil(subdivision);
+        let parts = PARTS_ACROSS.div_ceil(subdivision);
         let directions: Vec<Vec<DVec3>> =
             (0..patches.count()).map(|patch| patches.directions(patch, parts).collect()).collect();
         let made: Vec<Option<(YearHour, HourSky)>> = weather

@@ -30,7 +30,7 @@ const AT_ERROR: f64 = 0.03;
 /// Minimum edge of a cell in m.
 const LEAST_M: f64 = 0.02;
 /// Number of steps to store a share of the sun's light.
-const STEPS: f64 = 65_535.0;
+const SHARE_STEPS: f64 = 65_535.0;
 
 /// One of this many suns is sampled at its own position: where only some of the surrounding nodes are visible, and elsewhere.
 const IN_PART: usize = 2;
@@ -54,13 +54,13 @@ pub(super) struct OwnSun {
 impl OwnSun {
     /// Illuminance in lx for 1 lx perpendicular to the sun's rays.
     pub fn lx(&self) -> f64 {
-        f64::from(self.share) * (1.0 / STEPS)
+        f64::from(self.share) * (1.0 / SHARE_STEPS)
     }
 
     /// Difference in lx from the value interpolated from nodes, over the sampling probability.
     #[inline]
     pub fn off_lx(&self) -> f64 {
-        f64::from(self.off) * (1.0 / STEPS)
+        f64::from(self.off) * (1.0 / SHARE_STEPS)
     }
 }
 
@@ -76,13 +76,13 @@ impl CellView {
     /// rays.
     #[inline]
     pub fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.nodes.iter().map(|(node, share)| (usize::from(*node), f64::from(*share) * (1.0 / STEPS)))
+        self.nodes.iter().map(|(node, share)| (usize::from(*node), f64::from(*share) * (1.0 / SHARE_STEPS)))
     }
 
     /// The illuminance in lx that a node gives; 0 if the cell does not see it.
     pub fn of_node(&self, node: usize) -> f64 {
         let place = self.nodes.binary_search_by_key(&node, |(node, _)| usize::from(*node));
-        place.map_or(0.0, |place| f64::from(self.nodes[place].1) * (1.0 / STEPS))
+        place.map_or(0.0, |place| f64::from(self.nodes[place].1) * (1.0 / SHARE_STEPS))
     }
 }
 
@@ -175,7 +175,7 @@ impl<'a> SunCells<'a> {
         let mut nodes = Vec::new();
         let around = (self.scene, self.world);
         let mut rays = self.nodes.suns.look_for_all(around, &place, self.openings, &mut stream, |node, lx| {
-            let steps = (STEPS * lx.min(1.0)).round() as u16;
+            let steps = (SHARE_STEPS * lx.min(1.0)).round() as u16;
             if steps > 0 {
                 nodes.push((node as u16, steps));
             }
@@ -214,8 +214,8 @@ impl<'a> SunCells<'a> {
         let own = looked_for.iter().zip(times).filter_map(|(sun, times)| {
             let lx = shining.next_if(|(shines, _)| shines == sun).map_or(0.0, |(_, lx)| lx);
             let between_lx = self.nodes.between(*sun, |node| node_lx[node]);
-            let off = (STEPS * f64::from(times) * (lx - between_lx)).round() as i32;
-            let share = (STEPS * lx.min(1.0)).round() as u16;
+            let off = (SHARE_STEPS * f64::from(times) * (lx - between_lx)).round() as i32;
+            let share = (SHARE_STEPS * lx.min(1.0)).round() as u16;
             (lx > 0.0 || between_lx > 0.0).then_some(OwnSun { sun: *sun as u16, times, share, off })
         });
         seen.own = own.collect();

@@ -1,6 +1,8 @@
-//! Reads the library's files for the tests of its order: their imports, the names of types, the tuned numbers and the long tests.
+//! Reads the library's files for the tests of its order: their imports, the names of types, the constants, the tuned numbers and the long
+//! tests.
 
 mod campaigns;
+mod constants;
 mod names;
 pub mod tuned;
 

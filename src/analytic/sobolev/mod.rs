@@ -114,7 +114,7 @@ const REAL_AXIS_BELOW: f64 = 3.0;
 
 /// Rounding error of a sum, as a fraction of the sum of its terms' absolute values. The errors of κ and of the wave are about 2e-15
 /// at worst, mostly of either sign. The value has a margin for cases other than the 1,040 tested ones.
-const ROUNDING: f64 = 6e-15;
+const ROUNDING_OF_A_SUM: f64 = 6e-15;
 
 /// Safety factor on the truncation estimate, for integrands whose coefficients do not fall evenly.
 const TRUNCATION_SAFETY: f64 = 10.0;
@@ -181,7 +181,7 @@ impl PanelTally {
     }
 
     fn estimate(&self) -> ReflectedEstimate {
-        let estimated_error = ROUNDING * self.0.absolute + TRUNCATION_SAFETY * self.0.truncation;
+        let estimated_error = ROUNDING_OF_A_SUM * self.0.absolute + TRUNCATION_SAFETY * self.0.truncation;
         ReflectedEstimate { value: self.0.value, estimated_error }
     }
 }

@@ -12,7 +12,7 @@ const PRIOR: f64 = 0.4;
 /// Sizes of the squares, in halvings of their side, that show what of an emitter is seen: the first squares, and those of an emitter that
 /// is seen partly.
 const QUARTERS: u32 = 1;
-const PARTS: u32 = 2;
+const SIXTEENTHS: u32 = 2;
 /// Greatest number of halvings of squares at the edge of a shadow.
 const DEEPEST: u32 = 6;
 
@@ -22,7 +22,7 @@ const DEEPEST: u32 = 6;
 const UNSAMPLED: f64 = 0.5;
 /// Uncertainty of an emitter whose quarters all look alike, and of one whose sixteenths do.
 const QUARTERS_ALIKE: f64 = 0.1;
-const PARTS_ALIKE: f64 = 0.03;
+const SIXTEENTHS_ALIKE: f64 = 0.03;
 /// Uncertainty of a part at the edge of a shadow, of one whose own parts nevertheless look alike, and of one away from edges.
 const AT_EDGE: f64 = 0.5;
 const ALIKE_AT_EDGE: f64 = 0.25;
@@ -106,12 +106,12 @@ impl<'a> Survey<'a> {
 
     /// Takes a light sample in each of sixteen parts, and more where there is an edge of a shadow.
     fn ask_parts(&mut self, samples: f64, found: &mut ControlVariate) {
-        const SIDE: usize = 1 << PARTS;
-        let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.sample_lx(Square::of(PARTS, place), 0));
+        const SIDE: usize = 1 << SIXTEENTHS;
+        let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.sample_lx(Square::of(SIXTEENTHS, place), 0));
         let is_seen = |place: usize| parts[place] > 0.0;
         if (1..parts.len()).all(|place| is_seen(place) == is_seen(0)) {
             let (mean_lx, slopes_lx, scatter_lx) = fitted(&parts);
-            let uncertainty_lx = (PARTS_ALIKE * self.importance).max(scatter_lx);
+            let uncertainty_lx = (SIXTEENTHS_ALIKE * self.importance).max(scatter_lx);
             found.expect(self.number, Square::WHOLE, mean_lx, slopes_lx, uncertainty_lx);
             return;
         }
@@ -122,7 +122,7 @@ impl<'a> Survey<'a> {
                 || (column + 1 < SIDE && differs(place + 1))
                 || (row > 0 && differs(place - SIDE))
                 || (row + 1 < SIDE && differs(place + SIDE));
-            let square = Square::of(PARTS, place);
+            let square = Square::of(SIXTEENTHS, place);
             if at_edge {
                 self.ask_edge(square, lx, samples, found);
             } else {

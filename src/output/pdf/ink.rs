@@ -8,6 +8,8 @@ use subsetter::{GlyphRemapper, subset};
 
 use crate::output::color::{Ink, WHITE};
 use crate::output::font::{face, font_file, glyph_number};
+use crate::output::zlib::zlib;
+use flate2::Compression;
 
 /// Width and height of A4 in points.
 pub const A4: [f64; 2] = [595.28, 841.89];
@@ -191,7 +193,7 @@ impl Paper {
             states.finish();
             resources.finish();
             sheet.finish();
-            let bytes = packed(&drawn.finish());
+            let bytes = zlib(&drawn.finish(), Compression::default());
             pdf.stream(content, &bytes).filter(Filter::FlateDecode);
         }
         for (bold, (letters, refs)) in self.letters.iter().zip(fonts).enumerate() {
@@ -256,7 +258,7 @@ impl Letters {
         pdf.cmap(unicode, &cmap.finish());
         let bytes = subset(font_file(bold), 0, &self.glyphs).expect("the bundled font has these letters");
         let length = bytes.len() as i32;
-        let bytes = packed(&bytes);
+        let bytes = zlib(&bytes, Compression::default());
         pdf.stream(file, &bytes).filter(Filter::FlateDecode).pair(Name(b"Length1"), length);
     }
 }
@@ -276,12 +278,6 @@ pub fn drawable(text: &str) -> String {
 
 fn shares(ink: Ink) -> [f32; 3] {
     ink.map(|part| f32::from(part) / 255.0)
-}
-
-fn packed(bytes: &[u8]) -> Vec<u8> {
-    use std::io::Write;
-    let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
-    packer.write_all(bytes).and_then(|()| packer.finish()).expect("memory takes every byte")
 }
 
 /// The day of a time, for the document's metadata.

@@ -10,10 +10,8 @@ use super::{Emitted, LightSample, Place};
 use crate::base::ball::ball_illuminance_factor;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
+use crate::sampling::triangle::MOST_DRAWS;
 use crate::sampling::warp::{cosine_hemisphere, uniform_cone, uniform_sphere};
-
-/// Largest number of draws of the rejection by the cosine; see [`crate::sampling::triangle`] for the reasoning.
-const MOST_DRAWS: u32 = 2000;
 
 /// A uniformly bright ball that is black and opaque.
 #[derive(Clone, Debug)]

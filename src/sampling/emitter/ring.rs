@@ -14,14 +14,13 @@ use super::{Emitted, LightSample, Place};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
+use crate::sampling::triangle::MOST_DRAWS;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr, sin_cos_of_turns, tangents};
 
 /// From this many outer radii on, points are drawn in proportion to their contribution. At least one uniform draw in 30 is kept.
 const FAR: f64 = 1.0;
-/// Largest number of draws of the rejection loop. 2,000 failures in a row have a probability below 1e-29.
-const MOST_DRAWS: u32 = 2000;
 /// Rows and sectors into which the ring is divided for an observer.
-const PARTS: [u32; 2] = [2, 36];
+const ROWS_AND_SECTORS: [u32; 2] = [2, 36];
 /// Below this ratio of the distance's variation to its mean, the distance of the rim counts as constant.
 const EVEN: f64 = 1e-12;
 
@@ -188,7 +187,7 @@ impl Light for RingLight {
             return show_point(self, self.center_m, self.point_m(stream.pair()), area_m2, eye_m, show);
         }
         let luminance_cd_m2 = self.exitance_lm_m2 / PI;
-        let [rows, sectors] = PARTS;
+        let [rows, sectors] = ROWS_AND_SECTORS;
         for part in 0..rows * sectors {
             let within = |share: f64, turns: f64| {
                 let (row, sector) = (f64::from(part / sectors), f64::from(part % sectors));

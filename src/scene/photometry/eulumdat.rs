@@ -13,7 +13,7 @@ const HEADER_LINES: usize = 26;
 /// Number of lines of one set of lamps.
 const LINES_PER_SET: usize = 6;
 /// Number of direct ratios between the sets of lamps and the angles.
-const DIRECT_RATIOS: usize = 10;
+pub(crate) const DIRECT_RATIOS: usize = 10;
 /// Metres in a millimetre.
 const MILLIMETRE_M: f64 = 1e-3;
 

@@ -101,7 +101,7 @@ pub enum LateralSymmetry {
 }
 
 /// Largest extent of a luminous opening in m: longer than any luminaire that is measured as one.
-pub(super) const LARGEST_OPENING_M: f64 = 100.0;
+pub(in crate::scene) const LARGEST_OPENING_M: f64 = 100.0;
 
 /// The luminous opening, in m; `c0` is the extent along C0–C180, `c90` along C90–C270.
 #[derive(Clone, Copy, Debug, PartialEq)]

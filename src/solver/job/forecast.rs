@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::control::{
-    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, NINE_OF_TEN, deviation_of_work, effective_scores,
-    needed_work, spare_for_tail, work_for_tail, work_to_pass,
+    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, ONE_IN_TWENTY, deviation_of_work,
+    effective_scores, needed_work, spare_for_tail, work_for_tail, work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
@@ -311,7 +311,7 @@ impl Job {
         let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
         // A tail may not delay the map at all, or it may delay it twice as often as expected.
-        let of_tail = work_for_tail(self.looks.latest_tail_spare).ln() / NINE_OF_TEN;
+        let of_tail = work_for_tail(self.looks.latest_tail_spare).ln() / ONE_IN_TWENTY;
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt()).hypot(of_tail);
         // The pilot's forecast weighs more if the look is uncertain, and less if it is far from the look's forecast. The pilot may have
         // missed what few walks or chains bring.

@@ -24,8 +24,8 @@ const MOST_PASSES: u64 = 6;
 /// each entry that walks.
 const FIRST_FILLS: u64 = 4;
 const MOST_FILLS: u64 = 1 << 20;
-const USUAL_ERROR: f64 = 0.01;
-const FIRST_WALKS: u64 = 4;
+const ERROR_OF_FIRST_FILLS: f64 = 0.01;
+const WALKS_OF_A_WALKER: u64 = 4;
 /// Error for which a map that the target does not bind takes its first look, at least: it is only shown.
 const ERROR_OF_UNBOUND: f64 = 0.05;
 /// Most entries that walk at first: with equally many walks, a thousand entries would determine the mean square half as well. Fewer entries
@@ -230,8 +230,8 @@ impl Job {
         let entries = self.gathered().len().max(1) as u64;
         let most_passes = if self.bound { MOST_PASSES } else { LEAST_PASSES };
         let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, most_passes);
-        let fills = (FIRST_FILLS as f64 * entries as f64 * (USUAL_ERROR / error).min(1.0)).ceil() as u64;
-        GatheringGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
+        let fills = (FIRST_FILLS as f64 * entries as f64 * (ERROR_OF_FIRST_FILLS / error).min(1.0)).ceil() as u64;
+        GatheringGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: WALKS_OF_A_WALKER }
     }
 
     /// Error for which a map takes its first look in a run to `error`.
@@ -241,7 +241,8 @@ impl Job {
 
     /// Entries that walk before the first look.
     fn first_walkers(&self) -> usize {
-        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.costs.walked.rays.max(1.0));
+        let affordable =
+            FIRST_RAYS as f64 / ((WALKS_OF_A_WALKER * REPLICAS as u64) as f64 * self.costs.walked.rays.max(1.0));
         affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.gathered().len() as f64) as usize
     }
 

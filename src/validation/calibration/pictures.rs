@@ -3,10 +3,8 @@
 use plotters::prelude::*;
 
 use super::campaign::{Campaign, LEVELS};
-use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, TEXT, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, OTHER, PlotArea, TEXT, svg, tick};
 
-/// Colour of the method `auto` (Okabe and Ito 2008).
-const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of a row with the runs of one campaign, in SVG units.
 const ROW: u32 = 30;
 /// Layout of the chart of forecasts.

@@ -1,11 +1,10 @@
 //! Comparison of a run's map with the reference: its true error, and the number of its error bars that hold.
 
 use crate::validation::calibration::student_within;
+use crate::validation::statistics::SAME_SUM;
 
 /// Probability level at which single error bars are judged.
 pub const LEVEL: f64 = 0.95;
-/// Two numbers with a smaller relative difference are equal: rounding of sums.
-const ROUNDING: f64 = 1e-9;
 
 /// Values of a run and of the reference at a receiver.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,7 +51,7 @@ pub fn judge(entries: &[JudgedEntry], degrees_of_freedom: f64) -> Option<RoomJud
     let within = student_within(LEVEL, degrees_of_freedom);
     let bar_lx = |entry: &JudgedEntry| within * entry.standard_error_lx.hypot(entry.reference_error_lx);
     let holds = |entry: &&JudgedEntry| {
-        (entry.value_lx - entry.reference_lx).abs() <= bar_lx(entry) + ROUNDING * entry.reference_lx.abs()
+        (entry.value_lx - entry.reference_lx).abs() <= bar_lx(entry) + SAME_SUM * entry.reference_lx.abs()
     };
     let has_bar =
         |entry: &&JudgedEntry| entry.weight > 0.0 && (bar_lx(entry) > 0.0 || entry.value_lx != entry.reference_lx);

@@ -4,14 +4,14 @@ use plotters::prelude::*;
 
 use super::campaign::{Proof, RoomProof};
 use super::summary::Group;
-use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, Sign, TEXT, legend, svg, tick};
+use crate::validation::plots::{
+    Drawn, EXACT, FAINT, ForecastChart, MEASURED, OTHER, PlotArea, Sign, TEXT, legend, svg, tick,
+};
 
-/// Colour of rooms not used for tuning, and of the rival (Okabe and Ito 2008).
-const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of the bars of one room, in SVG units.
 const ROW: u32 = 22;
 /// Smallest error shown, as a share of the target. Smaller errors are drawn at this value.
-const LEAST_SHARE: f64 = 0.02;
+const LEAST_SHOWN: f64 = 0.02;
 /// Layout of the chart of forecasts.
 const FORECASTS: ForecastChart =
     ForecastChart { x_desc: "share of the rays that was done, %", first_share: 0.005, reach: 5.0 };
@@ -26,7 +26,7 @@ pub fn error_picture(proof: &Proof) -> String {
     };
     let targets = || proof.rooms.iter().flat_map(|room| &room.runs).map(|run| run.target_error);
     let most = maps().map(|(_, _, map)| map.judgement.true_error).chain(targets()).fold(1e-6, f64::max);
-    let least = LEAST_SHARE * targets().fold(f64::INFINITY, f64::min).min(most);
+    let least = LEAST_SHOWN * targets().fold(f64::INFINITY, f64::min).min(most);
     svg(520, |area| {
         let (top, plot) = area.split_vertically(28);
         let signs = [

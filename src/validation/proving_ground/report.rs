@@ -5,7 +5,8 @@ use super::campaign::{Proof, ProofSettings, RoomProof};
 use super::judgement::LEVEL;
 use super::pictures::{cost_picture, error_picture, forecast_picture};
 use super::summary::{Group, Sums, mean_and_worst};
-use crate::validation::forecasts::{ForecastSums, SHARES};
+use crate::control::FORECAST_SHARES;
+use crate::validation::forecasts::ForecastSums;
 use crate::validation::report::Table;
 use crate::validation::report_html::{opening, table as html_table};
 use crate::validation::report_md::table as md_table;
@@ -154,7 +155,7 @@ fn region_table(proof: &Proof) -> Table {
 fn forecast_table(proof: &Proof) -> Table {
     let mut rows = Vec::new();
     for (group, share) in
-        [Group::Tuned, Group::Untuned].into_iter().flat_map(|group| SHARES.map(|share| (group, share)))
+        [Group::Tuned, Group::Untuned].into_iter().flat_map(|group| FORECAST_SHARES.map(|share| (group, share)))
     {
         let sums = ForecastSums::at(share, proof.forecasts(group));
         if sums.runs == 0 {

@@ -15,9 +15,9 @@ use crate::validation::words::{percent, scientific, significant};
 const MOST_RATIO: f64 = 1.3;
 /// Number of seeds for each run.
 const SEEDS: u64 = 3;
-/// A run shorter than this is repeated `REPEATS` times and its shortest time counts, since other programs may use the processors.
+/// A run shorter than this is repeated `REPEATS_OF_SHORT` times and its shortest time counts, since other programs may use the processors.
 const SHORT_S: f64 = 0.3;
-const REPEATS: usize = 4;
+const REPEATS_OF_SHORT: usize = 4;
 /// A fixed method is stopped when it has taken this multiple of the rays of `auto`, and at least `LEAST_RAYS`.
 const PATIENCE: f64 = 3.0;
 const LEAST_RAYS: f64 = 1e6;
@@ -135,7 +135,7 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
             solve(&subject.scene, &settings, &observer)
         };
         let mut run = once();
-        for _ in 0..if run.compute_s < SHORT_S { REPEATS } else { 0 } {
+        for _ in 0..if run.compute_s < SHORT_S { REPEATS_OF_SHORT } else { 0 } {
             run.compute_s = run.compute_s.min(once().compute_s);
         }
         runs.push(run);

@@ -17,7 +17,7 @@ const PAPER: [Option<f64>; 4] = [Some(2.0), Some(6.0), None, Some(172.0)];
 const DENSE: usize = 64 * 64;
 const PLACES: usize = 4096;
 /// Step of the mesh in m.
-const STEP_M: f64 = 0.1;
+const MESH_STEP_M: f64 = 0.1;
 
 /// Study of time, rays and error for each number of points, and for the mesh.
 pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
@@ -56,10 +56,11 @@ pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
         rows.push(row(if number == 1 { "1 point".to_owned() } else { format!("{number} points") }, &lit, paper));
     }
     (wishes.tell)("the mesh");
-    let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
+    let options =
+        Options { step_m: MESH_STEP_M, radius_m: RADIUS_PER_STEP * MESH_STEP_M, accelerations: Accelerations::ALL };
     let lit = study.by_mesh(&points_m, options)?;
     lines[1].places.push((lit.seconds, 100.0 * relative_rms(&lit, &exact)));
-    rows.push(row(format!("mesh, h = {STEP_M} m"), &lit, None));
+    rows.push(row(format!("mesh, h = {MESH_STEP_M} m"), &lit, None));
     found.results.push(format!(
         "Times of 1, 5, 25 and 225 points are as 1 : {}; the mesh takes {} times as long as one point.",
         ratios[1..COUNTS.len()].iter().map(|ratio| significant(*ratio, 2)).collect::<Vec<_>>().join(" : "),

@@ -10,7 +10,7 @@ const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Spacing of the variates: 2⁻⁵³.
 const SPACING: f64 = 1.0 / 9_007_199_254_740_992.0;
 /// Lengths, shares and angles are rounded to this, so that files are short and readable.
-const ROUNDING: f64 = 1e-3;
+const GRAIN: f64 = 1e-3;
 
 /// A sequence of random choices.
 #[derive(Clone, Debug)]
@@ -68,5 +68,5 @@ impl Dice {
 /// Rounds a number to a thousandth.
 pub fn rounded(value: f64) -> f64 {
     // Division gives the f64 nearest to the decimal number, which files then show with three digits.
-    (value / ROUNDING).round() / (1.0 / ROUNDING).round()
+    (value / GRAIN).round() / (1.0 / GRAIN).round()
 }

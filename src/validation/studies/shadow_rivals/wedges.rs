@@ -20,7 +20,7 @@ use crate::validation::studies::study_scene::StudyScene;
 /// Number of ground cells along an edge. Each cell stores the silhouette edges whose shadows may fall there.
 const CELLS: usize = 64;
 /// Edges are clipped at this share of the distance from the ground point to the lamp.
-const NEAR: f64 = 1e-6;
+const CLIPPED_AT: f64 = 1e-6;
 /// Outward shadows extend over the whole ball: twice its radius on the lamp's disk.
 const REACH: f64 = 2.0;
 
@@ -79,11 +79,11 @@ impl<'a> Wedges<'a> {
             let depth = |end_m: &DVec3| end_m.dot(axis) / distance_m;
             ends.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
             let is_turned = ends[0] != edge[0] - place_m;
-            if depth(&ends[1]) <= NEAR {
+            if depth(&ends[1]) <= CLIPPED_AT {
                 continue;
             }
-            if depth(&ends[0]) < NEAR {
-                let share = (NEAR - depth(&ends[0])) / (depth(&ends[1]) - depth(&ends[0]));
+            if depth(&ends[0]) < CLIPPED_AT {
+                let share = (CLIPPED_AT - depth(&ends[0])) / (depth(&ends[1]) - depth(&ends[0]));
                 ends[0] = ends[0].lerp(ends[1], share);
             }
             let on_disk = |end_m: DVec3| [end_m.dot(u), end_m.dot(v)].map(|across_m| across_m / depth(&end_m));
