@@ -27,11 +27,9 @@ pub fn percent(fraction: f64) -> String {
 
 /// A count in thousands, millions, … : `1.23 M`.
 pub fn count(number: f64) -> String {
-    match number {
-        n if n < 1e4 => format!("{n:.0}"),
-        n if n < 1e6 => format!("{} k", significant(n / 1e3, 3)),
-        n if n < 1e9 => format!("{} M", significant(n / 1e6, 3)),
-        n => format!("{} G", significant(n / 1e9, 3)),
+    match numbers::in_thousands(number) {
+        (number, "") => format!("{number:.0}"),
+        (number, unit) => format!("{}{unit}", significant(number, 3)),
     }
 }
 

@@ -82,11 +82,17 @@ fn ratio_uncertainty(number: f64) -> String {
 
 /// A large count: `150 k`, `2 M`.
 pub fn count_tick(number: f64) -> String {
+    let (number, unit) = in_thousands(number);
+    format!("{}{unit}", tick(number))
+}
+
+/// A count in thousands, millions, …, with the letter for them; unchanged below 10 000.
+pub fn in_thousands(number: f64) -> (f64, &'static str) {
     match number {
-        n if n < 1e4 => tick(n),
-        n if n < 1e6 => format!("{} k", tick(n / 1e3)),
-        n if n < 1e9 => format!("{} M", tick(n / 1e6)),
-        n => format!("{} G", tick(n / 1e9)),
+        n if n < 1e4 => (n, ""),
+        n if n < 1e6 => (n / 1e3, " k"),
+        n if n < 1e9 => (n / 1e6, " M"),
+        n => (n / 1e9, " G"),
     }
 }
 
@@ -166,14 +172,19 @@ pub fn superscript(power: &str) -> String {
 
 /// Separates thousands in numbers from 10 000.
 pub fn grouped(text: &str) -> String {
+    grouped_from(5, text, '\u{2009}')
+}
+
+/// Separates thousands by this space in numbers of at least this many digits before the point.
+pub fn grouped_from(fewest: usize, text: &str, space: char) -> String {
     let whole = text.split('.').next().unwrap_or(text).len();
-    if whole < 5 || text.contains('e') {
+    if whole < fewest || text.contains('e') {
         return text.to_owned();
     }
     let mut grouped = String::with_capacity(text.len() + 4);
     for (index, letter) in text.chars().enumerate() {
         if index > 0 && index < whole && (whole - index).is_multiple_of(3) {
-            grouped.push('\u{2009}');
+            grouped.push(space);
         }
         grouped.push(letter);
     }

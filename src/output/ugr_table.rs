@@ -167,7 +167,7 @@ fn rating_table(table: &UgrTable) -> String {
     {
         page += &format!("<tr><th class=\"text\" colspan=\"2\" scope=\"row\">{name}</th>");
         for (column, set) in table.reflectances.iter().cycle().take(2 * sets).enumerate() {
-            page += &format!("<th{} scope=\"col\">{}</th>", gap(column % sets), percent_whole(set[place]));
+            page += &format!("<th{} scope=\"col\">{}</th>", gap(column % sets), percents(set[place]));
         }
         page.push_str("</tr>\n");
     }
@@ -198,8 +198,8 @@ fn gap(place: usize) -> &'static str {
     if place == 0 { " class=\"first\"" } else { "" }
 }
 
-/// A reflectance in percent.
-fn percent_whole(reflectance: f64) -> String {
+/// A reflectance in percent, without the sign, to a tenth.
+fn percents(reflectance: f64) -> String {
     format!("{}", (1000.0 * reflectance).round() / 10.0)
 }
 

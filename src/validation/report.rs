@@ -2,7 +2,7 @@
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
 use super::statistics::{ComparedEntry, Statistics};
-use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent};
+use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent, whole_percent};
 
 /// Results of a whole validation.
 #[derive(Clone, Debug)]
@@ -147,10 +147,6 @@ pub fn deviations(case: &CaseOutcome) -> Table {
         text_columns: vec![0],
         rows: rows.collect(),
     }
-}
-
-fn whole_percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
 }
 
 fn bias(statistics: &Statistics) -> String {

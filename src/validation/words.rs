@@ -2,7 +2,7 @@
 
 pub use crate::output::date::utc_date as date;
 pub use crate::output::numbers::significant;
-use crate::output::numbers::superscript;
+use crate::output::numbers::{grouped_from, superscript};
 pub use crate::output::picture::escaped;
 
 /// Below this percentage a report only states that it is rounding.
@@ -30,6 +30,11 @@ pub fn signed_percent(fraction: f64) -> String {
     if fraction > 0.0 && !text.starts_with('<') { format!("+{text}") } else { text }
 }
 
+/// A fraction in whole per cent.
+pub fn whole_percent(fraction: f64) -> String {
+    format!("{:.0} %", 100.0 * fraction).replace('-', "−")
+}
+
 /// A number of standard errors.
 pub fn sigmas(z: f64) -> String {
     format!("{z:.2}{NARROW}σ").replace('-', "−")
@@ -46,15 +51,7 @@ pub fn scientific(number: f64) -> String {
 
 /// A count with separated thousands.
 pub fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push('\u{202f}');
-        }
-        text.push(digit);
-    }
-    text
+    grouped_from(4, &count.to_string(), NARROW)
 }
 
 /// A rounded count of rays or chains: `12.3 million`.

@@ -10,7 +10,7 @@ use super::{Findings, StudyWishes};
 use crate::check::read_scene;
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
-use crate::validation::words::{grouped, percent, significant};
+use crate::validation::words::{grouped, percent, significant, whole_percent};
 
 /// Height above the lawn in m at which receivers are tested. Points under solids are left out, since nobody sees them.
 const SOUNDING_M: f64 = 0.01;
@@ -104,7 +104,7 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
                     least[index] = least[index].min(saved(0, 3));
                     let mut row = head(&place, *step_m, *ratio, what);
                     row.extend(runs.iter().map(|run| significant(of(run), 3)));
-                    row.extend([saved(0, 3), saved(0, 1), saved(1, 2), saved(2, 3)].map(rounded_percent));
+                    row.extend([saved(0, 3), saved(0, 1), saved(1, 2), saved(2, 3)].map(whole_percent));
                     rows.push(row);
                 }
                 let mut row = head(&place, *step_m, *ratio, "RMS error");
@@ -119,9 +119,9 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
             place.name,
             grouped(triangles as u64),
             grouped(place.points_m.len() as u64),
-            rounded_percent(least[0]),
-            rounded_percent(least[1]),
-            rounded_percent(asked)
+            whole_percent(least[0]),
+            whole_percent(least[1]),
+            whole_percent(asked)
         ));
     }
     let header =
@@ -181,8 +181,8 @@ fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), St
         significant(least, 2),
         significant(most, 2),
         edges[edges.len() - 1] / edges[0],
-        rounded_percent(grown.iter().copied().fold(f64::INFINITY, f64::min)),
-        rounded_percent(grown.iter().copied().fold(0.0, f64::max)),
+        whole_percent(grown.iter().copied().fold(f64::INFINITY, f64::min)),
+        whole_percent(grown.iter().copied().fold(0.0, f64::max)),
     ));
     let header = vec![
         "scene",
@@ -205,10 +205,6 @@ fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), St
 
 fn head(place: &TimeSaved, step_m: f64, ratio: f64, what: &str) -> Vec<String> {
     vec![place.name.to_owned(), step_m.to_string(), ratio.to_string(), what.to_owned()]
-}
-
-fn rounded_percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share).replace('-', "−")
 }
 
 /// Study of the memory of the sparse tree, compared with storing every point of a mesh over the whole scene.
