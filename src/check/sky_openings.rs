@@ -14,7 +14,8 @@ use super::shells::{Shell, bounds_m, one_vertex_a_place, plain_shells_over, sort
 use super::straight::first_met;
 use super::t_junctions::closed_at_t_junctions;
 use crate::base::solid_angle::signed_triangle_solid_angle_sr;
-use crate::scene::openings::{FLAT, area_m2, crossed_at_m, normal};
+use crate::sampling::sky_openings::crossed_at_m;
+use crate::scene::openings::{FLAT, area_m2, normal};
 use crate::scene::{BsdfParameters, Emission, Openings, Scene, triangulate};
 
 /// Largest number of openings, because each light sample tests them all. The sky behind further openings is sampled as for the open air.

@@ -19,6 +19,7 @@ use crate::sampling::emitter::{LightSample, Place};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
+use crate::sampling::sky_openings::are_left_within;
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::Openings;
 use crate::transport::{TriangleSide, World};
@@ -144,7 +145,7 @@ fn follow(
             }
         };
         let from_m = world.tracer.position_m(&origin);
-        if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
+        if !has_scattered && are_left_within(openings, from_m, direction, hit.distance_m) {
             way = SkyPath::FromOutside;
         }
         let bsdf = world.bsdf(hit.triangle);

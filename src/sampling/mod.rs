@@ -11,6 +11,7 @@ mod importance;
 pub mod opening;
 pub mod random;
 pub mod reflection;
+pub mod sky_openings;
 mod sobol;
 pub mod triangle;
 pub mod warp;

@@ -2,7 +2,7 @@
 //!
 //! An opening is a triangle whose front faces the room. Light from the sky belongs to the last front that it passed on its way in, or to
 //! none. So every line to the sky counts once, for any position and orientation of the openings. The openings only direct the sampling of
-//! the sky. `check/sky_openings.rs` finds them.
+//! the sky. `check/sky_openings.rs` finds them, and `sampling/sky_openings.rs` tells which of them light entered through.
 
 use std::f64::consts::PI;
 
@@ -45,53 +45,6 @@ impl Openings {
     pub fn outside_m(&self) -> DVec3 {
         self.center_m + 2.0 * self.radius_m * DVec3::Z
     }
-
-    /// Whether light from the sky that reaches a point belongs to the opening `own` (`None`: to none). That is so if the line from the
-    /// point back to the sky leaves through no other front before. `distance_m` is the distance of the opening.
-    pub fn belongs_to(&self, own: Option<u32>, place_m: DVec3, towards: DVec3, distance_m: f64) -> bool {
-        let rounding_m = FLAT * self.radius_m;
-        !(0u32..).zip(&self.fronts_m).any(|(number, corners_m)| {
-            Some(number) != own
-                && crossed_at_m(corners_m, place_m, towards).is_some_and(|at_m| {
-                    at_m > -rounding_m
-                        && (at_m < distance_m - rounding_m
-                            || at_m <= distance_m + rounding_m && own.is_none_or(|own| number < own))
-                })
-        })
-    }
-
-    /// Whether a line from a point leaves through any front within a distance in m.
-    pub fn are_left_within(&self, place_m: DVec3, towards: DVec3, distance_m: f64) -> bool {
-        let rounding_m = FLAT * self.radius_m;
-        let within = -rounding_m..distance_m - rounding_m;
-        let mut left = self.fronts_m.iter().filter_map(|corners_m| crossed_at_m(corners_m, place_m, towards));
-        left.any(|at_m| within.contains(&at_m))
-    }
-
-    /// Distance in m from a packet's start to the next opening that it enters. `own` is the opening through which it entered (`None`:
-    /// past all). Infinite if there is no next one.
-    pub fn reach_m(&self, own: Option<u32>, place_m: DVec3, direction: DVec3) -> f64 {
-        let rounding_m = FLAT * self.radius_m;
-        let entered = (0u32..).zip(&self.fronts_m).filter_map(|(number, corners_m)| {
-            let at_m = -crossed_at_m(corners_m, place_m, -direction)?;
-            let is_later = at_m > rounding_m || at_m >= -rounding_m && own.is_some_and(|own| number < own);
-            (Some(number) != own && is_later).then_some(at_m)
-        });
-        entered.fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Distance in m along a line at which it leaves through a front; negative behind its start. `None` if it does not leave there.
-pub(crate) fn crossed_at_m([a, b, c]: &[DVec3; 3], place_m: DVec3, towards: DVec3) -> Option<f64> {
-    let twice_area = (b - a).cross(c - a);
-    let slope = twice_area.dot(towards);
-    if slope >= 0.0 {
-        return None;
-    }
-    let at_m = twice_area.dot(a - place_m) / slope;
-    let met_m = place_m + at_m * towards;
-    let is_left = |from: &DVec3, to: &DVec3| (to - from).cross(met_m - from).dot(twice_area) >= 0.0;
-    (at_m.is_finite() && is_left(a, b) && is_left(b, c) && is_left(c, a)).then_some(at_m)
 }
 
 /// Unit normal on the front of an opening.

@@ -11,6 +11,7 @@ use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::sky::Sky;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
+use crate::sampling::sky_openings::{belongs_to, reach_m};
 use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, tangents, uniform_sphere, uniform_triangle};
 use crate::scene::Openings;
@@ -112,7 +113,7 @@ impl Light for SkyEmitter {
             None => (1.0, cosine_hemisphere(normal, stream.pair()), f64::INFINITY),
         };
         let unshadowed_lx = PI * self.sky.luminance_cd_m2(towards) * factor;
-        if unshadowed_lx <= 0.0 || !self.openings.belongs_to(self.opening, point_m, towards, distance_m) {
+        if unshadowed_lx <= 0.0 || !belongs_to(&self.openings, self.opening, point_m, towards, distance_m) {
             return None;
         }
         let end_m = point_m + OUTSIDE * self.openings.radius_m * towards;
@@ -162,7 +163,7 @@ pub(super) fn enter_past(openings: &Openings, towards: DVec3, [u, v]: [f64; 2]) 
     let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
     let aside_m = radius_m * u.sqrt() * (cosine * first + sine * second);
     let start_m = openings.center_m + 1.01 * radius_m * towards + aside_m;
-    let reach_m = openings.reach_m(None, start_m, -towards);
+    let reach_m = reach_m(openings, None, start_m, -towards);
     Emitted { place: Place::Free(start_m), direction: -towards, behind: None, reach_m }
 }
 
@@ -175,6 +176,6 @@ pub(super) fn enter_through(openings: &Openings, opening: Option<u32>, towards: 
     let within_m = WITHIN * radius_m / (-towards.dot(inward)).max(FLATTEST);
     let start_m = entry_m - within_m * towards;
     let behind = Some(Place::Free(entry_m + OUTSIDE * radius_m * towards));
-    let reach_m = openings.reach_m(opening, entry_m, -towards) - within_m;
+    let reach_m = reach_m(openings, opening, entry_m, -towards) - within_m;
     Emitted { place: Place::Free(start_m), direction: -towards, behind, reach_m }
 }
