@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use house::{Modules, named_in, product_code, tuned, without_comments};
+use house::{Modules, Named, module_of, named_in, product_code, resolved_in, tuned, without_comments};
 
 /// Rooms and their floors. A room may use only rooms with lower numbers.
 const FLOORS: &[(&str, u32)] = &[
@@ -66,14 +66,23 @@ fn room_of(path: &Path) -> Option<String> {
     parts.next().map(|_| first)
 }
 
+/// Whether a file holds tests only.
+fn is_test(path: &Path) -> bool {
+    path.file_stem().is_some_and(|stem| stem.to_str().is_some_and(|stem| stem.ends_with("tests")))
+}
+
 fn floor(room: &str) -> u32 {
     FLOORS.iter().find(|(name, _)| *name == room).unwrap_or_else(|| panic!("src/{room} stands on no floor")).1
 }
 
+/// The name of a file below `src`.
+fn inside(path: &Path) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    path.strip_prefix(root).unwrap().to_str().unwrap().to_owned()
+}
+
 /// The files of the library by their names below `src`.
 fn modules(sources: &[(PathBuf, String)]) -> Modules {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let inside = |path: &Path| path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
     let rooms = sources.iter().filter(|(path, _)| room_of(path).is_some());
     Modules::of(rooms.map(|(path, text)| (inside(path), text.as_str())))
 }
@@ -82,28 +91,38 @@ fn complaints(check: impl Fn(&Path, &str) -> Vec<String>) -> Vec<String> {
     sources().iter().flat_map(|(path, text)| check(path, text)).collect()
 }
 
+/// Lines of a room's file that use a room which is not above it, with that room.
+fn rooms_not_above(file: &str, text: &str) -> Vec<(usize, String)> {
+    let module = module_of(file);
+    let (room, own) = (&module[0], floor(&module[0]));
+    let named = resolved_in(&module, &without_comments(text)).into_iter();
+    let others = named.filter(|named| ["crate", "luxmc"].contains(&named.path[0].as_str()));
+    let others = others.filter_map(|Named { line, path }| Some((line, path.get(1)?.clone())));
+    let is_room = |other: &str| FLOORS.iter().any(|(name, _)| *name == other);
+    others.filter(|(_, other)| is_room(other) && other != room && floor(other) >= own).collect()
+}
+
 #[test]
 fn rooms_use_only_the_floors_above_them() {
     let broken = complaints(|path, text| {
         let Some(room) = room_of(path) else { return Vec::new() };
-        let own = floor(&room);
-        let named = named_in(&without_comments(text)).into_iter().filter(|named| named.path[0] != "super");
-        let others = named.filter_map(|named| Some((named.line, named.path.get(1)?.clone(), named.path[0].clone())));
-        let is_room = |other: &str| FLOORS.iter().any(|(name, _)| *name == other);
-        let wrong = others.filter(|(_, other, root)| {
-            ["crate", "luxmc"].contains(&root.as_str()) && is_room(other) && *other != room && floor(other) >= own
-        });
-        wrong.map(|(number, other, _)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
+        let wrong = rooms_not_above(&inside(path), text).into_iter();
+        wrong.map(|(number, other)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
     });
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+    // `super` may lead out of a room, from a file and from a module within it.
+    let text = "use super::super::solver::X;\nuse super::b::Y;\nmod tests {\n    use super::super::super::cli;\n}\nuse super::super::base;\n";
+    let found = [(1, "solver".to_owned()), (4, "cli".to_owned())];
+    assert_eq!(rooms_not_above("maps/a.rs", text), found);
 }
 
 /// The façade in `lib.rs` would bypass the floors. It is for code outside of the library and for tests.
 #[test]
 fn rooms_do_not_look_through_the_facade() {
     let broken = complaints(|path, text| {
-        let Some(room) = room_of(path) else { return Vec::new() };
-        let named = named_in(&product_code(text)).into_iter().filter(|named| named.path[0] == "crate");
+        let Some(room) = room_of(path).filter(|_| !is_test(path)) else { return Vec::new() };
+        let named = resolved_in(&module_of(&inside(path)), &product_code(text)).into_iter();
+        let named = named.filter(|named| named.path[0] == "crate");
         let wrong =
             named.filter(|named| !named.path.get(1).is_some_and(|other| FLOORS.iter().any(|(name, _)| name == other)));
         wrong.map(|named| format!("{}:{}: {room} uses {}", path.display(), named.line, named.path.join("::"))).collect()
@@ -148,10 +167,8 @@ fn rooms_do_not_know_what_is_not_theirs() {
         .iter()
         .flat_map(|(path, text)| {
             let room = room_of(path).unwrap_or_default();
-            let is_test =
-                path.file_stem().is_some_and(|stem| stem.to_str().is_some_and(|stem| stem.ends_with("tests")));
             let forbidden =
-                MUST_NOT_KNOW.iter().filter(|(name, _)| *name == room && !is_test).flat_map(|(_, words)| *words);
+                MUST_NOT_KNOW.iter().filter(|(name, _)| *name == room && !is_test(path)).flat_map(|(_, words)| *words);
             let named = named_in(&product_code(text));
             seen.extend(named.iter().flat_map(|named| named.path.clone()));
             let knows = |word: &&str| named.iter().find(|named| named.path.iter().any(|piece| piece == *word));
@@ -201,31 +218,68 @@ const UNITS: &[(&str, &str)] = &[
     ("W", "w"),
     ("degrees", "deg"),
     ("rad", "rad"),
+    ("radians", "rad"),
 ];
 
-/// Public fields of f64 and estimates whose document states a unit that the name lacks, or leaves the unit to a quantity while the name has one.
-fn fields_with_wrong_units(text: &str) -> Vec<String> {
-    let (mut document, mut wrong) = (String::new(), Vec::new());
-    for line in text.lines().map(str::trim) {
+/// Whether one number or an array of one kind of number, not several kinds side by side.
+fn is_one_quantity(kind: &str) -> bool {
+    (kind.contains("f64") || kind.contains("Estimate")) && !kind.contains('(')
+}
+
+/// Name and type of the field of a struct, if the line declares one.
+fn field_in(line: &str) -> Option<(&str, &str)> {
+    let visibilities = ["pub ", "pub(crate) ", "pub(super) "];
+    let bare = visibilities.into_iter().find_map(|visible| line.strip_prefix(visible)).unwrap_or(line);
+    let (name, kind) = bare.strip_suffix(',')?.split_once(": ")?;
+    name.chars().all(|c| c.is_alphanumeric() || c == '_').then_some((name, kind))
+}
+
+/// Name and result of a function, if its signature begins at the beginning of a text.
+fn function_in(text: &str) -> Option<(&str, String)> {
+    let end = text.find(" {\n").into_iter().chain(text.find(";\n")).min()?;
+    let signature = text[..end].trim_start();
+    let before_name = signature.split("fn ").next()?;
+    let is_function = before_name.split_whitespace().all(|word| word.starts_with("pub") || word == "const");
+    let (name, rest) = signature.split_once("fn ").filter(|_| is_function)?.1.split_once(['(', '<'])?;
+    let result = rest.rsplit_once(") -> ")?.1.split(" where").next()?;
+    Some((name, result.trim().to_owned()))
+}
+
+/// The unit that a text states, such as lx in "the illuminance in lx"; `None` if it states several. The unit of a position ("at a point in
+/// m") does not count.
+fn unit_told(text: &str) -> Option<&'static str> {
+    let words: Vec<&str> = text.split([' ', ',', '.', ';', ':', '(', ')']).collect();
+    let told = words.windows(3).filter(|words| words[1] == "in" && words[0] != "point");
+    let told = told.filter_map(|words| UNITS.iter().find(|(unit, _)| *unit == words[2]));
+    let endings: BTreeSet<&str> = told.map(|(_, ending)| *ending).collect();
+    endings.first().copied().filter(|_| endings.len() == 1)
+}
+
+/// Fields of f64 and estimates, and functions that return one, whose document states a unit that the name lacks, or leaves the unit to a
+/// quantity while the name has one. Of a function's document only the first sentence counts, as the rest may be about its arguments.
+fn names_with_wrong_units(text: &str) -> Vec<String> {
+    let (mut document, mut wrong, mut rest) = (String::new(), Vec::new(), text);
+    while let Some((line, after)) = rest.split_once('\n') {
+        let whole = std::mem::replace(&mut rest, after);
+        let line = line.trim();
         if let Some(told) = line.strip_prefix("///") {
             document += told;
             document.push(' ');
             continue;
         }
-        let field = ["pub ", "pub(crate) ", "pub(super) "].into_iter().find_map(|visible| line.strip_prefix(visible));
-        let field = field
-            .and_then(|field| field.strip_suffix(',')?.split_once(": "))
-            .filter(|(_, kind)| kind.contains("f64") || kind.contains("Estimate"));
-        if let Some((name, _)) = field {
-            let words: Vec<&str> = document.split([' ', ',', '.', ';', ':', '(', ')']).collect();
-            let mut told = words.windows(2).filter(|pair| pair[0] == "in");
-            let told = told.find_map(|pair| UNITS.iter().find(|(unit, _)| *unit == pair[1]));
+        if line.starts_with("#[") {
+            continue;
+        }
+        let field = field_in(line).filter(|(_, kind)| is_one_quantity(kind)).map(|(name, _)| (name, &*document));
+        let function = function_in(whole).filter(|(_, kind)| is_one_quantity(kind));
+        let function = function.map(|(name, _)| (name, document.split(". ").next().unwrap_or_default()));
+        if let Some((name, told)) = field.or(function) {
             let has = |unit: &str| {
                 name.split('_').any(|piece| piece == unit || piece == "per" || piece == "lumens" && unit == "lm")
             };
             // A weight can be an area or have no unit.
-            let lacks = told.is_some_and(|(_, unit)| !has(unit)) && !document.contains("or 1");
-            let is_left_open = document.contains("in the unit of");
+            let lacks = unit_told(told).is_some_and(|unit| !has(unit)) && !document.contains("or 1");
+            let is_left_open = told.contains("in the unit of");
             if lacks || is_left_open && name.split('_').any(|piece| UNITS.iter().any(|(_, unit)| *unit == piece)) {
                 wrong.push(name.to_owned());
             }
@@ -236,17 +290,23 @@ fn fields_with_wrong_units(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn fields_have_their_units_in_their_names() {
+fn fields_and_functions_have_their_units_in_their_names() {
     let found = complaints(|path, text| {
-        let room = room_of(path).unwrap_or_default();
-        let file = path.file_stem().unwrap().to_str().unwrap();
-        fields_with_wrong_units(text).into_iter().map(|field| format!("{room}/{file}: {field}")).collect()
+        // The fields of the command line's arguments are the names of its options, and their documents are its help.
+        if room_of(path).is_none_or(|room| room == "cli") {
+            return Vec::new();
+        }
+        let file = inside(path);
+        names_with_wrong_units(text).into_iter().map(|name| format!("{file}: {name}")).collect()
     });
-    assert!(found.is_empty(), "fields whose names and documents disagree on the unit: {found:#?}");
-    let fields = "    /// Its area in m².\n    pub area: f64,\n    /// Its area in m².\n    pub area_m2: f64,\n";
-    assert_eq!(fields_with_wrong_units(fields), ["area"]);
+    assert!(found.is_empty(), "names and documents that disagree on the unit: {found:#?}");
+    let fields = "    /// Its area in m².\n    area: f64,\n    /// Its area in m².\n    pub area_m2: f64,\n";
+    assert_eq!(names_with_wrong_units(fields), ["area"]);
     let fields = "    /// In the map, in the unit of `quantity`.\n    pub value: f64,\n    /// The mean, in the unit of\n    /// `quantity`.\n    pub mean_lx: Estimate,\n";
-    assert_eq!(fields_with_wrong_units(fields), ["mean_lx"]);
+    assert_eq!(names_with_wrong_units(fields), ["mean_lx"]);
+    let functions = "/// Returns the flux in lm. Lengths in m.\npub fn flux(\n    a: f64,\n) -> f64 {\n/// Lengths in m.\nfn f() -> u8 {\n\
+                     /// Its value at a point in m.\n#[inline]\nfn value(at: f64) -> Option<f64> {\n";
+    assert_eq!(names_with_wrong_units(functions), ["flux"]);
 }
 
 /// Pieces of names for rays and for tests of what lies inside a surface.

@@ -3,7 +3,7 @@
 /// Ratings below this are reported as `< 10`, because the scale of CIE 117 begins here.
 pub const LEAST_RATING: f64 = 10.0;
 
-/// Returns the unified glare rating from the background luminance in cd/m² and the luminaires' Σ L²ω/p² in cd²·sr/m⁴.
+/// Returns the unified glare rating from the background luminance and the luminaires' Σ L²ω/p² (cd²·sr/m⁴).
 ///
 /// UGR = 8 log₁₀(0.25/L_b · Σ L²ω/p²). `None` without glare or without background luminance, where UGR has no value.
 ///

@@ -106,7 +106,7 @@ const HALVINGS: usize = 60;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyClass {
     /// Angle of the sun from the zenith in radians.
-    zenith_angle: f64,
+    zenith_angle_rad: f64,
     /// Clearness ε.
     pub clearness: f64,
     /// Brightness Δ.
@@ -117,14 +117,14 @@ impl SkyClass {
     /// Makes the class from the sun's direct irradiance on a plane across its rays and the sky's diffuse irradiance on a horizontal plane,
     /// in W/m².
     pub fn of_irradiance(sun_elevation_deg: f64, direct_w_m2: f64, diffuse_w_m2: f64) -> SkyClass {
-        let zenith_angle = FRAC_PI_2 - sun_elevation_deg.to_radians();
-        let cube = 1.041 * zenith_angle.powi(3);
+        let zenith_angle_rad = FRAC_PI_2 - sun_elevation_deg.to_radians();
+        let cube = 1.041 * zenith_angle_rad.powi(3);
         let clearness = ((diffuse_w_m2 + direct_w_m2) / diffuse_w_m2 + cube) / (1.0 + cube);
         // Relative air mass according to Kasten (1966).
-        let air_mass = 1.0 / (zenith_angle.cos() + 0.15 * (sun_elevation_deg + 3.885).powf(-1.253));
+        let air_mass = 1.0 / (zenith_angle_rad.cos() + 0.15 * (sun_elevation_deg + 3.885).powf(-1.253));
         let brightness = air_mass * diffuse_w_m2 / SOLAR_CONSTANT_W_M2;
         SkyClass {
-            zenith_angle,
+            zenith_angle_rad,
             clearness: clearness.clamp(CLEARNESS[0], CLEARNESS[1]),
             brightness: brightness.clamp(BRIGHTNESS[0], BRIGHTNESS[1]),
         }
@@ -150,15 +150,15 @@ impl SkyClass {
     /// Returns the luminous efficacies of the sun's and the sky's light in lm/W.
     pub fn efficacies_lm_w(&self) -> [f64; 2] {
         let [a, b, c, d] = OF_DIRECT[self.category()];
-        let direct = a + b * WATER_CM + c * (5.73 * self.zenith_angle - 5.0).exp() + d * self.brightness;
+        let direct = a + b * WATER_CM + c * (5.73 * self.zenith_angle_rad - 5.0).exp() + d * self.brightness;
         let [a, b, c, d] = OF_DIFFUSE[self.category()];
-        let diffuse = a + b * WATER_CM + c * self.zenith_angle.cos() + d * self.brightness.ln();
+        let diffuse = a + b * WATER_CM + c * self.zenith_angle_rad.cos() + d * self.brightness.ln();
         [direct, diffuse].map(|lm_w| lm_w.max(LEAST_LM_W))
     }
 
     /// Returns a, b, c, d and e of (1 + a exp(b/cos ζ)) (1 + c exp(d χ) + e cos² χ).
     pub fn coefficients(&self) -> [f64; 5] {
-        let (category, z) = (self.category(), self.zenith_angle);
+        let (category, z) = (self.category(), self.zenith_angle_rad);
         let is_between = (CATEGORIES[0]..CATEGORIES[4]).contains(&self.clearness);
         let delta = if is_between { self.brightness.max(LEAST_BETWEEN) } else { self.brightness };
         let mut found =
@@ -196,8 +196,8 @@ mod tests {
     fn coefficients_are_those_of_gendaylit() {
         for [elevation_deg, clearness, brightness, expected @ ..] in GENDAYLIT {
             let agrees = |brightness: f64| {
-                let zenith_angle = FRAC_PI_2 - elevation_deg.to_radians();
-                let found = SkyClass { zenith_angle, clearness, brightness }.coefficients();
+                let zenith_angle_rad = FRAC_PI_2 - elevation_deg.to_radians();
+                let found = SkyClass { zenith_angle_rad, clearness, brightness }.coefficients();
                 found
                     .iter()
                     .zip(expected)

@@ -17,7 +17,7 @@ pub struct SkyPatches {
     /// Number of the first patch of each row, where the cap counts as a row. The last entry is the number of all patches.
     firsts: Vec<u32>,
     /// Height of a row in radians.
-    height: f64,
+    height_rad: f64,
 }
 
 impl SkyPatches {
@@ -36,7 +36,7 @@ impl SkyPatches {
             }
         }
         firsts.push(firsts[firsts.len() - 1] + 1);
-        SkyPatches { height: FRAC_PI_2 / (f64::from(TREGENZA.len() as u32 * subdivision) + 0.5), firsts }
+        SkyPatches { height_rad: FRAC_PI_2 / (f64::from(TREGENZA.len() as u32 * subdivision) + 0.5), firsts }
     }
 
     /// Returns the number of patches.
@@ -51,20 +51,20 @@ impl SkyPatches {
         }
         let elevation = towards.z.atan2(towards.x.hypot(towards.y));
         let cap = self.firsts.len() - 2;
-        let row = ((elevation / self.height) as usize).min(cap);
+        let row = ((elevation / self.height_rad) as usize).min(cap);
         let across = self.firsts[row + 1] - self.firsts[row];
         let turn = towards.x.atan2(towards.y) / TAU;
         let place = ((turn * f64::from(across) + 0.5).rem_euclid(f64::from(across)) as u32).min(across - 1);
         Some((self.firsts[row] + place) as usize)
     }
 
-    /// Returns the limits of a patch: the sines of its elevations, and its azimuths from north towards east in radians.
+    /// Returns the limits of a patch: the sines of its elevations, and its azimuths (radians, from north towards east).
     fn bounds(&self, patch: usize) -> [[f64; 2]; 2] {
         let row = self.firsts.partition_point(|first| *first as usize <= patch) - 1;
         let across = f64::from(self.firsts[row + 1] - self.firsts[row]);
         let place = (patch - self.firsts[row] as usize) as f64;
         let is_cap = row + 2 == self.firsts.len();
-        let sine = |step: f64| (step * self.height).sin();
+        let sine = |step: f64| (step * self.height_rad).sin();
         let upper = if is_cap { 1.0 } else { sine(row as f64 + 1.0) };
         [[sine(row as f64), upper], [-0.5, 0.5].map(|side| TAU * (place + side) / across)]
     }
@@ -75,7 +75,7 @@ impl SkyPatches {
         (high - low) * (to - from)
     }
 
-    /// Returns the illuminance in lx that a patch of 1 cd/m² gives an open horizontal plane: ∫ sin γ dω.
+    /// Returns ∫ sin γ dω over a patch in sr: the illuminance of an open horizontal plane over the patch's luminance.
     pub fn horizontal_sr(&self, patch: usize) -> f64 {
         let [[low, high], [from, to]] = self.bounds(patch);
         0.5 * (high * high - low * low) * (to - from)
@@ -107,7 +107,7 @@ mod tests {
     fn patches_part_the_sky() {
         for subdivision in 1..=4 {
             let patches = SkyPatches::new(subdivision);
-            let faulty = SkyPatches { height: 1.04 * patches.height, ..patches.clone() };
+            let faulty = SkyPatches { height_rad: 1.04 * patches.height_rad, ..patches.clone() };
             let holds = |patch: usize, of: &SkyPatches| {
                 of.directions(patch, 3).all(|towards| patches.patch_of(towards) == Some(patch))
             };
@@ -116,7 +116,7 @@ mod tests {
             let sum = |of: &dyn Fn(usize) -> f64| (0..patches.count()).map(of).sum::<f64>();
             assert!((sum(&|patch| patches.solid_angle_sr(patch)) - TAU).abs() < 1e-9);
             assert!((sum(&|patch| patches.horizontal_sr(patch)) - HORIZONTAL_SR).abs() < 1e-9);
-            let off = |of: &SkyPatches| of.solid_angle_sr(of.count() - 1) - TAU * (1.0 - (0.5 * of.height).cos());
+            let off = |of: &SkyPatches| of.solid_angle_sr(of.count() - 1) - TAU * (1.0 - (0.5 * of.height_rad).cos());
             assert!(off(&patches).abs() < 1e-12 && off(&faulty).abs() > 1e-6, "the planted fault passed");
         }
     }

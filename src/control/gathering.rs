@@ -112,7 +112,7 @@ impl GatheringParts {
         parts.growth(error_lx)
     }
 
-    /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`, in lx². `merits` are their
+    /// The cheapest growths of direct light and rays that bring the sum of their variances to `may_have_lx2`. `merits` are their
     /// (v/c)^(1/(1 + β)), so v over the merit to the power β is the merit times c.
     fn cheapest(&self, merits: [f64; PLAIN], may_have_lx2: f64) -> [f64; PLAIN] {
         // A kind that does not grow keeps its variance. The more variance is kept, the faster the other kind has to grow.

@@ -11,7 +11,7 @@ const OF_BIAS: f64 = 0.8;
 const LEAST_VARIANCE: f64 = 0.25;
 
 impl GatheringParts {
-    /// Bounds on the rays, beyond those so far, with which the plan reaches a target in lx. Each bound takes all measured numbers as low,
+    /// Bounds on the rays, beyond those so far, with which the plan reaches a target. Each bound takes all measured numbers as low,
     /// or as high, as they are in one run of twenty.
     ///
     /// The plan itself always lies within the bounds. It can lie outside the two computed values: walks that find less bias subtract less

@@ -42,7 +42,7 @@ enum Response<'a> {
 }
 
 impl MetPlace<'_> {
-    /// Illuminance in lx at the receiver for each lx at the point, if it does not depend on the direction.
+    /// Illuminance at the receiver over that at the point, if it does not depend on the direction.
     #[inline]
     pub fn brings_evenly(&self) -> Option<f64> {
         match self.response {
@@ -51,7 +51,7 @@ impl MetPlace<'_> {
         }
     }
 
-    /// Illuminance in lx at the receiver for each lx that the point receives from a unit direction.
+    /// Illuminance at the receiver over the illuminance that the point receives from a unit direction.
     #[inline]
     pub fn brings(&self, towards: DVec3) -> f64 {
         match self.response {

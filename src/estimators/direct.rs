@@ -99,7 +99,7 @@ impl DirectPass {
     fn weigh_at(&mut self, world: &World, receiver: &Receiver) -> u64 {
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         self.weigh(world, |emitter| {
-            let bound = emitter.importance(point_m, normal);
+            let bound = emitter.importance_lx(point_m, normal);
             if bound > 0.0 { emitter.unshadowed_lx(point_m, normal) + SHARE_OF_BOUND * bound } else { 0.0 }
         });
         let rays = self.weigh_hidden_less(world, receiver);

@@ -101,7 +101,7 @@ impl Trail {
 
 /// Weights with which areas are chosen at a step of a beam: the weight of each, and the sum of all.
 fn weights_of_areas(world: &World, mirrors: &Mirrors, apex_m: DVec3, normal: DVec3) -> (impl Fn(&u32) -> f64, f64) {
-    let weight = move |number: &u32| world.emitters.list()[*number as usize].importance(apex_m, normal);
+    let weight = move |number: &u32| world.emitters.list()[*number as usize].importance_lx(apex_m, normal);
     (weight, mirrors.areas.iter().map(weight).sum())
 }
 

@@ -290,7 +290,7 @@ impl Anchors {
         if emitters.len() > MOST_EMITTERS {
             return [self.indirect_level_lx, branched_lx];
         }
-        let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance(point_m, normal)).sum();
+        let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance_lx(point_m, normal)).sum();
         [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
     }
 

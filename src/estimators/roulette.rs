@@ -87,7 +87,7 @@ fn pilot(world: &World, places: &[(DVec3, DVec3)]) -> Moments {
             seen.add(&watch, arriving_lx, rays);
         }
         let count = walks as f64;
-        seen.variance += (squares - sum_lx * sum_lx / count).max(0.0) * count / (count - 1.0);
+        seen.variance_lx2 += (squares - sum_lx * sum_lx / count).max(0.0) * count / (count - 1.0);
         if seen.rays > ENOUGH_RAYS && seen.walks >= FEWEST_WALKS {
             break;
         }
@@ -101,9 +101,9 @@ struct Moments {
     walks: usize,
     rays: u64,
     /// Variance of a walk about the mean of its point, in lx², summed over the walks.
-    variance: f64,
+    variance_lx2: f64,
     /// Square, in lx², and rays of the rest of each walk after the first surface from which it continued, scaled to a weight of 1 there.
-    rest: f64,
+    rest_lx2: f64,
     rest_rays: u64,
     /// Surfaces that walks met, and sum of the weights with which they continued. Each includes 1 for the first surface.
     goes_on: [f64; 2],
@@ -124,14 +124,14 @@ impl Moments {
         self.back_rays += watch.back_rays;
         self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
         if let Some((weight, before_lx, before_rays)) = watch.first {
-            self.rest += ((arriving_lx - before_lx) / weight).powi(2);
+            self.rest_lx2 += ((arriving_lx - before_lx) / weight).powi(2);
             self.rest_rays += rays - before_rays - watch.rays_at_receiver.unwrap_or(0);
         }
     }
 
     /// Variance of the walks that a run will take, in lx², summed over the walks.
-    fn run_variance(&self) -> f64 {
-        self.variance / QUASI_RANDOM_GAIN
+    fn run_variance_lx2(&self) -> f64 {
+        self.variance_lx2 / QUASI_RANDOM_GAIN
     }
 
     /// The best settings for the walks of a run.
@@ -146,7 +146,7 @@ impl Moments {
 
     /// The weight √(V c/(M C)) from which on walks always continue.
     fn safe_weight(&self) -> f64 {
-        let [of_walk, of_rest] = [self.run_variance() / self.rays as f64, self.rest / self.rest_rays as f64];
+        let [of_walk, of_rest] = [self.run_variance_lx2() / self.rays as f64, self.rest_lx2 / self.rest_rays as f64];
         let best = (of_walk / of_rest).sqrt();
         if best.is_finite() && !self.is_cut {
             best.clamp(LEAST_SAFE_WEIGHT, 1.0)
@@ -159,7 +159,7 @@ impl Moments {
     fn connection_chance(&self) -> f64 {
         let work = |number: usize| {
             let saved_rays = (1.0 - CHANCES[number]) * self.back_rays as f64;
-            (self.run_variance() + self.added[number]) * (self.rays as f64 - saved_rays)
+            (self.run_variance_lx2() + self.added[number]) * (self.rays as f64 - saved_rays)
         };
         let best = (0..CHANCES.len()).min_by(|a, b| work(*a).total_cmp(&work(*b)));
         best.map_or(1.0, |number| CHANCES[number])

@@ -32,7 +32,7 @@ impl SmallBody {
         }
     }
 
-    /// Illuminance of the body in lx for light from a unit direction that gives 1 lx on a plane perpendicular to it.
+    /// Illuminance of the body by light from a unit direction, over that of a plane perpendicular to it.
     pub fn response(self, towards: DVec3) -> f64 {
         let sine = (towards.x * towards.x + towards.y * towards.y).sqrt();
         match self {

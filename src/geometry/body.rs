@@ -22,7 +22,7 @@ const ZERO: f64 = 1e-13;
 /// A line that passes the centre nearer than this, over the body's size, is treated as passing at this distance.
 const NEAREST: f64 = 1e-13;
 /// Longest step along a ray in rad, so that a step does not turn past the end of a line.
-const LONGEST_STEP: f64 = 1.0;
+const LONGEST_STEP_RAD: f64 = 1.0;
 /// Largest number of steps along a ray. A ray that only touches a body takes about a hundred.
 const MOST_STEPS: usize = 1000;
 
@@ -133,7 +133,7 @@ impl Body {
             let root_m = (rise_m * rise_m + 2.0 * most_bent_m * depth_m).sqrt();
             let step = if rise_m > 0.0 { 2.0 * depth_m / (rise_m + root_m) } else { (root_m - rise_m) / most_bent_m };
             // Twice the angle whose tangent is half a step is not longer than the step, and needs no trigonometric functions.
-            let half = (0.5 * step).min(0.5 * LONGEST_STEP);
+            let half = (0.5 * step).min(0.5 * LONGEST_STEP_RAD);
             let scale = 1.0 / (1.0 + half * half);
             let [by_cosine, by_sine] = [(1.0 - half * half) * scale, 2.0 * half * scale];
             (cosine, sine) = (cosine * by_cosine - sine * by_sine, sine * by_cosine + cosine * by_sine);

@@ -83,7 +83,7 @@ pub fn kind(set: SetKind) -> usize {
 ///
 /// With `little_noise`, twice the error must contain most products. For example, one mesh point in eight says that a luminaire is hidden.
 /// It is then really hidden in one case in eight, and the mean square is far too small.
-pub fn squares_of<const N: usize>(products: &[(usize, f64)], whole: &MeanSquare, little_noise: bool) -> [f64; N] {
+pub fn squares_lx2_of<const N: usize>(products: &[(usize, f64)], whole: &MeanSquare, little_noise: bool) -> [f64; N] {
     std::array::from_fn(|class| {
         let mut of_class: Vec<f64> =
             products.iter().filter(|(of, _)| *of == class).map(|(_, product)| *product).collect();

@@ -115,7 +115,7 @@ impl Entries {
     }
 
     /// Returns what an entry shows without light on surfaces: luminaires in an eye's line of sight, in cd/m².
-    pub fn own_light(&self, entry: usize) -> f64 {
+    pub fn own_light_cd_m2(&self, entry: usize) -> f64 {
         self.sights.as_ref().map_or(0.0, |sights| sights.luminaires_cd_m2(entry))
     }
 

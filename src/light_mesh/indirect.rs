@@ -194,7 +194,7 @@ impl<'a> IndirectMesh<'a> {
                 let PlaneIlluminances { normal, tree } = &planes[number];
                 self.fitted_lx(receiver, room, |index, cut, counts| {
                     let (leaf, place) = tree.leaf(index, || std::array::from_fn(|_| OnceLock::new()));
-                    *leaf[place].get_or_init(|| self.plane_at(number as u32, *normal, index, cut, counts))
+                    *leaf[place].get_or_init(|| self.plane_at_lx(number as u32, *normal, index, cut, counts))
                 })
             }
         }
@@ -269,7 +269,7 @@ impl<'a> IndirectMesh<'a> {
     }
 
     /// Returns the illuminance in lx on a plane through a mesh point, from each half of the walks; `None` inside a solid.
-    fn plane_at(
+    fn plane_at_lx(
         &self,
         number: u32,
         normal: DVec3,

@@ -50,7 +50,7 @@ struct Trial<'a> {
     /// Light of the checked points from the mesh.
     lights: Vec<EntryLight>,
     /// Squared random error from its walks, in lx².
-    of_chance: f64,
+    of_chance_lx2: f64,
     /// Number of mesh points at which light was gathered.
     points: f64,
     /// Rays of one walk from one mesh point.
@@ -63,12 +63,12 @@ impl Trial<'_> {
     /// Returns the squared error from the step, in lx², and its standard error.
     fn of_step(&self, checked: &Checked) -> (f64, f64) {
         let measured = checked.compare(self.lights.iter().copied());
-        ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
+        ((measured.mean - self.of_chance_lx2).max(0.0), measured.standard_error)
     }
 
     /// Returns the walks from each mesh point that keep the random error within its part of the allowed squared error in lx².
     fn walks_needed(&self, allowed: f64) -> u32 {
-        let needed = f64::from(self.mesh.gathering.walks) * self.of_chance / (SHARE_OF_CHANCE * allowed);
+        let needed = f64::from(self.mesh.gathering.walks) * self.of_chance_lx2 / (SHARE_OF_CHANCE * allowed);
         (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2)
     }
 }
@@ -76,15 +76,15 @@ impl Trial<'_> {
 impl Planner<'_> {
     /// Returns the squared error from the step of a trial, in lx², for comparison with its limit `most`. If the check has the larger random
     /// error, it gets more walks. `None` if the result stays uncertain because the mesh has the larger random error.
-    fn measured_step(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
+    fn measured_step_lx2(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
         loop {
             let (of_step, standard_error) = trial.of_step(checked);
             let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
             let of_check = checked.variance_of_walk() / checked.walks as f64;
-            let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
+            let asks_more = !is_clear && of_check > trial.of_chance_lx2.max(LITTLE * most);
             if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
                 let walks = trial.mesh.gathering.walks;
-                let is_reported = is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most;
+                let is_reported = is_clear || walks >= WALKS[1] || trial.of_chance_lx2 < LITTLE * most;
                 return is_reported.then_some(of_step);
             }
             checked.add(&self.around, entries, checked.walks, self.stop);
@@ -174,7 +174,7 @@ impl<'a> Planner<'a> {
             rays_per_walk = trial.rays_per_walk;
             let most = SHARE_OF_STEP * allowed;
             let (rays_before, walks_before) = (checked.rays, checked.walks);
-            let of_step = self.measured_step(entries, &trial, &mut checked, most);
+            let of_step = self.measured_step_lx2(entries, &trial, &mut checked, most);
             spent += (checked.rays - rays_before) as f64;
             plan.check_rays += checked.rays - rays_before;
             if (checked.rays, checked.walks) != (rays_before, walks_before) {
@@ -266,13 +266,14 @@ impl<'a> Planner<'a> {
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
-        let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
+        let of_chance_lx2 =
+            mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
         let rays_per_walk = effort.gather.walk_rays as f64 / walks.max(1.0);
         Some(Trial {
             mesh,
             lights,
-            of_chance,
+            of_chance_lx2,
             rays_per_walk,
             points: effort.gather.points as f64,
             rays: effort.rays() as f64,
@@ -294,10 +295,10 @@ impl<'a> Planner<'a> {
         gathering.walks = FIRST_WALKS.min(most);
         while gathering.walks < most && !(self.stop)() {
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
-            if trial.of_chance <= quiet {
+            if trial.of_chance_lx2 <= quiet {
                 break;
             }
-            gathering.walks = more_walks(gathering.walks, trial.of_chance / quiet).min(most);
+            gathering.walks = more_walks(gathering.walks, trial.of_chance_lx2 / quiet).min(most);
         }
         plan.check_walks = FIRST_CHECK_WALKS.max(u64::from(gathering.walks / 4)).min(MOST_CHECK_WALKS);
         let mesh = IndirectMesh::new(self.around, entries, gathering, self.wishes.seed, self.stop);
@@ -313,7 +314,7 @@ impl<'a> Planner<'a> {
 fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f64) -> IndirectPlan<'a> {
     let known = (trial.points / points.max(1.0)).min(1.0);
     let times = f64::from(walks) / f64::from(HURRIED_WALKS);
-    let of_mesh = trial.of_step(checked).0 + trial.of_chance * (known + (1.0 - known) * times.max(1.0));
+    let of_mesh = trial.of_step(checked).0 + trial.of_chance_lx2 * (known + (1.0 - known) * times.max(1.0));
     if of_mesh < checked.variance_of_walk() / f64::from(HURRIED_PLACE_WALKS) {
         IndirectPlan::Mesh(Box::new(trial.mesh))
     } else {

@@ -136,7 +136,7 @@ pub fn light_of(
                     }
                     return light;
                 }
-                light.direct = light.direct.map(|lx| lx + entries.own_light(*entry));
+                light.direct = light.direct.map(|lx| lx + entries.own_light_cd_m2(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
                     spot.ask(around.world, |receiver| {

@@ -71,7 +71,7 @@ impl RemainingInAverage {
 /// All averages together give the remaining error for cells of the usual uncertainty. Half a standard error is added, as for the map's own
 /// error. If an average's own walks show more, beyond their standard error, that larger value counts. The error of an average without walks
 /// can be as large as the mean error of its own elements or points.
-pub fn remaining_in_averages(averages: &[RemainingInAverage]) -> Vec<f64> {
+pub fn remaining_lx_by_average(averages: &[RemainingInAverage]) -> Vec<f64> {
     let walked = || averages.iter().filter(|average| average.walked_weight > 0.0);
     let sum = |of: &dyn Fn(&RemainingInAverage) -> f64| walked().map(of).sum::<f64>();
     let units = sum(&|average| average.weight * average.unsure * average.unsure).max(f64::MIN_POSITIVE);
@@ -134,9 +134,10 @@ mod tests {
             let sites = |row: usize| (row * SITES..(row + 1) * SITES).map(|site| (site, 1.0));
             let averages: Vec<RemainingInAverage> =
                 (0..ROWS).map(|row| RemainingInAverage::of(residuals, error, sites(row))).collect();
-            for (row, remaining_lx) in remaining_in_averages(&averages).into_iter().enumerate() {
-                let average_lx =
-                    |replica: usize| sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64;
+            for (row, remaining_lx) in remaining_lx_by_average(&averages).into_iter().enumerate() {
+                let average_lx = |replica: usize| {
+                    sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64
+                };
                 let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
                 let spread_lx = within_halves(average_lx).sqrt();
                 for (held, remaining_lx) in held.iter_mut().zip([remaining_lx, 0.0]) {
@@ -174,7 +175,7 @@ mod tests {
         };
         let far = RemainingInAverage { weight: 1e-3, squared_lx2: 400.0, ..usual };
         let silent = RemainingInAverage { walked_weight: 0.0, squared_lx2: 0.0, chance_lx2: 0.0, ..usual };
-        let [one, other, without] = remaining_in_averages(&[usual, far, silent])[..] else { unreachable!("three") };
+        let [one, other, without] = remaining_lx_by_average(&[usual, far, silent])[..] else { unreachable!("three") };
         assert!(
             (1.0..1.5).contains(&one) && (18.0..20.0).contains(&other) && without == 3.0,
             "{one} {other} {without}"

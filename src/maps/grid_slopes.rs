@@ -61,7 +61,7 @@ impl Middles {
         };
         let of_element = |element: &u32| {
             let [a, b, c] = elements.corners_m(scene, elements.element(*element));
-            (*element, middles.place([a, b, c].into_iter().sum::<DVec3>() / 3.0))
+            (*element, middles.place_m([a, b, c].into_iter().sum::<DVec3>() / 3.0))
         };
         let mut members: Vec<(u32, [f64; 2])> = whole.iter().map(of_element).collect();
         let bound = |axis: usize, pick: fn(f64, f64) -> f64, worst: f64| {
@@ -85,7 +85,7 @@ impl Middles {
     }
 
     /// Converts a point to coordinates in the plane of the surface, in m.
-    fn place(&self, point_m: DVec3) -> [f64; 2] {
+    fn place_m(&self, point_m: DVec3) -> [f64; 2] {
         self.axes.map(|axis| (point_m - self.origin_m).dot(axis))
     }
 
@@ -210,8 +210,8 @@ pub fn grid_slopes(
                 continue;
             }
             let [a, b, c] = elements.corners_m(scene, elements.element(part.element));
-            let middle_m = middles.place((a + b + c) / 3.0);
-            let inside_m = middles.place(a + part.at[0] * (b - a) + part.at[1] * (c - a));
+            let middle_m = middles.place_m((a + b + c) / 3.0);
+            let inside_m = middles.place_m(a + part.at[0] * (b - a) + part.at[1] * (c - a));
             let plane =
                 planes.entry(part.element).or_insert_with(|| FittedPlane::about(middle_m, &middles, &halves_lx));
             let Some(plane) = plane else { continue };

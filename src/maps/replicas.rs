@@ -239,7 +239,7 @@ impl ReplicaMap {
     }
 
     /// Returns the variance in lx² of a replica's direct light, as a weighted mean over elements or points.
-    pub fn direct_variance(&self, weights: &[f64]) -> f64 {
+    pub fn direct_variance_lx2(&self, weights: &[f64]) -> f64 {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.direct_samples.inverse(self.site_of(entry));

@@ -276,15 +276,15 @@ impl RoomMesh {
             .map(|other| {
                 let eye = Viewpoint { size_m: self.size_m, other, position, normal };
                 match along {
-                    Some(axis) => self.by_corners(&eye, axis),
-                    None => self.by_polygons(&eye),
+                    Some(axis) => self.by_corners_lx(&eye, axis),
+                    None => self.by_polygons_lx(&eye),
                 }
             })
             .sum()
     }
 
     /// Contribution of a face to a point whose normal is along an axis, in lx, by one corner function for the whole mesh.
-    fn by_corners(&self, eye: &Viewpoint, axis: usize) -> f64 {
+    fn by_corners_lx(&self, eye: &Viewpoint, axis: usize) -> f64 {
         let other = eye.other;
         if other.axis() == axis && eye.height(other.at(self.size_m), axis) <= 0.0 {
             return 0.0;
@@ -317,7 +317,7 @@ impl RoomMesh {
     }
 
     /// Contribution of a face to a point with any normal, in lx, by Lambert's polygon formula.
-    fn by_polygons(&self, eye: &Viewpoint) -> f64 {
+    fn by_polygons_lx(&self, eye: &Viewpoint) -> f64 {
         let other = eye.other;
         let factor = |stretches: [[f64; 2]; 2]| {
             polygon_illuminance_factor(eye.position, eye.normal, &other.corners(self.size_m, stretches))

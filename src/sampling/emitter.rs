@@ -333,8 +333,8 @@ impl Emitter {
     /// Returns a cheap substitute for [`Emitter::unshadowed_lx`], 0 only where that is 0. Its share decides how often the emitter is
     /// sampled.
     #[inline]
-    pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
-        self.beacon.importance(point_m, normal)
+    pub fn importance_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        self.beacon.importance_lx(point_m, normal)
     }
 
     /// Draws one light sample of the emitter from a point with a unit normal; `None` where it gives no light.

@@ -185,8 +185,8 @@ impl EmitterTree {
             let mut probability = (group.cumulative - before) / total;
             while let Content::Children(left, right) = node.content {
                 let (left, right) = (&self.nodes[left as usize], &self.nodes[right as usize]);
-                let left_importance = left.beacon.importance(point_m, normal);
-                let sum = left_importance + right.beacon.importance(point_m, normal);
+                let left_importance = left.beacon.importance_lx(point_m, normal);
+                let sum = left_importance + right.beacon.importance_lx(point_m, normal);
                 if sum <= 0.0 {
                     return 0.0;
                 }
@@ -206,8 +206,10 @@ impl EmitterTree {
     /// not yet shown. Ends when `show` returns `false` or when very many groups in a row contain no light. Returns the number of emitters
     /// and groups that it examined.
     pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) -> usize {
-        let weighed =
-            |node: u32| WeighedNode { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
+        let weighed = |node: u32| WeighedNode {
+            importance: self.nodes[node as usize].beacon.importance_lx(point_m, normal),
+            node,
+        };
         let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
         let all = open.iter().map(|top| top.importance).sum::<f64>();
         let (mut rest, mut looked_into, mut in_vain) = (all, 0, 0);
@@ -271,7 +273,7 @@ impl EmitterTree {
                 cut.open.push(left);
                 continue;
             }
-            let importance = node.beacon.importance(point_m, normal);
+            let importance = node.beacon.importance_lx(point_m, normal);
             if importance > 0.0 {
                 cumulative += importance;
                 cut.groups.push(NodeGroup { node: index, cumulative });
@@ -293,8 +295,8 @@ impl EmitterTree {
                 Content::Emitter(emitter) => return Some((emitter, probability)),
                 Content::Children(left, right) => (&self.nodes[left as usize], &self.nodes[right as usize]),
             };
-            let left_importance = left.beacon.importance(point_m, normal);
-            let right_importance = right.beacon.importance(point_m, normal);
+            let left_importance = left.beacon.importance_lx(point_m, normal);
+            let right_importance = right.beacon.importance_lx(point_m, normal);
             let total = left_importance + right_importance;
             if total <= 0.0 {
                 return None;
@@ -410,7 +412,7 @@ mod tests {
                     probabilities[emitter as usize] = probability;
                 }
             }
-            let total: f64 = beacons.iter().map(|beacon| beacon.importance(point, normal)).sum();
+            let total: f64 = beacons.iter().map(|beacon| beacon.importance_lx(point, normal)).sum();
             for (emitter, beacon) in beacons.iter().enumerate() {
                 // The variates are equidistant, so each share is exact to within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
@@ -424,8 +426,8 @@ mod tests {
                     probabilities[emitter] == 0.0 || (queried / probabilities[emitter] - 1.0).abs() < 1e-12,
                     "{emitter}: {queried}"
                 );
-                let brings = beacon.importance(point, normal) > 0.0;
-                let expected = brings && beacon.importance(point, normal) > 1e-4 * total;
+                let brings = beacon.importance_lx(point, normal) > 0.0;
+                let expected = brings && beacon.importance_lx(point, normal) > 1e-4 * total;
                 assert!(!expected || probabilities[emitter] > 0.0, "emitter {emitter} is never chosen");
             }
         }

@@ -300,8 +300,8 @@ mod tests {
             few.weigh_all((point_m - few.middle_m).as_vec3(), normal.as_vec3(), &mut portable);
             assert_eq!(weights.eights, portable.eights);
             let importance = |beacon: &Beacon| match beacon.parts.is_empty() {
-                true => beacon.importance(point_m, normal),
-                false => beacon.parts.iter().map(|part| part.importance(point_m, normal)).sum(),
+                true => beacon.importance_lx(point_m, normal),
+                false => beacon.parts.iter().map(|part| part.importance_lx(point_m, normal)).sum(),
             };
             let mut counts = vec![0; beacons.len()];
             for i in 0..N {

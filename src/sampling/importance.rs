@@ -119,7 +119,7 @@ impl Beacon {
 
     /// Returns the importance at a point with a unit normal, in lx. It is 0 only where the emitter gives no light.
     #[inline]
-    pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
+    pub fn importance_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         if self.parts.is_empty() || !self.is_near(point_m) {
             return self.importance_of_ball(point_m, normal);
         }

@@ -136,7 +136,7 @@ impl Aperture {
             }
             ApertureShape::Cylinder { half_axes_m: half @ [a, b, along], barrel_share } => {
                 if stream.unit() < *barrel_share {
-                    let turn = draw_rim(a, b, stream);
+                    let turn = draw_rim_rad(a, b, stream);
                     self.on_barrel(half, turn, stream)
                 } else {
                     let end = if stream.unit() < 0.5 { -1.0 } else { 1.0 };
@@ -386,7 +386,7 @@ fn barrel_faces([a, b, along]: &[DVec3; 3]) -> [DVec3; 2] {
 }
 
 /// Draws a turn in radians so that the point on an ellipse's rim is uniform along the rim. It draws the angle and rejects by the speed.
-fn draw_rim(a: &DVec3, b: &DVec3, stream: &mut Stream) -> f64 {
+fn draw_rim_rad(a: &DVec3, b: &DVec3, stream: &mut Stream) -> f64 {
     let largest = a.length().max(b.length());
     let mut turn = 0.0;
     for _ in 0..MOST_DRAWS {

@@ -49,13 +49,13 @@ impl WebSampler {
     ///
     /// A distribution without flux returns the axis, where its density is 0.
     pub fn sample(&self, variates: [f64; 2]) -> DVec3 {
-        if self.total() <= 0.0 {
+        if self.flux_lm() <= 0.0 {
             return DVec3::Z;
         }
         let row = self.gamma_rad.len();
 
         // Finds the column between two planes that holds the first variate's share of the flux, and the position within it.
-        let target_lm = variates[0] * self.total();
+        let target_lm = variates[0] * self.flux_lm();
         let column = interval(self.cumulated_lm.len(), target_lm, |j| self.cumulated_lm[j]);
         let (near, far) = (column * row, (column + 1) * row);
         let column_lm = self.cumulated_lm[column + 1] - self.cumulated_lm[column];
@@ -75,22 +75,22 @@ impl WebSampler {
             intensities_cd: [index, index + 1].map(|i| between(&self.web.intensity_cd, i)),
         };
         let before_lm_rad = cumulated(index);
-        let offset = zone.offset_holding(target_lm_rad - before_lm_rad, cumulated(index + 1) - before_lm_rad);
+        let offset = zone.offset_rad_holding(target_lm_rad - before_lm_rad, cumulated(index + 1) - before_lm_rad);
         self.web.direction_at(c_rad, zone.from_rad + offset)
     }
 
     /// Returns the density I/Φ per steradian of a unit direction along C0, C90 and γ = 0.
     pub fn pdf_per_sr(&self, direction: DVec3) -> f64 {
-        if self.total() > 0.0 { self.eval(direction) / self.total() } else { 0.0 }
+        if self.flux_lm() > 0.0 { self.intensity_cd(direction) / self.flux_lm() } else { 0.0 }
     }
 
     /// Returns the intensity in cd in a direction along C0, C90 and γ = 0.
-    pub fn eval(&self, direction: DVec3) -> f64 {
+    pub fn intensity_cd(&self, direction: DVec3) -> f64 {
         self.web.intensity_along_cd(direction)
     }
 
-    /// Returns the luminous flux Φ in lm: the integral of `eval` over the sphere.
-    pub fn total(&self) -> f64 {
+    /// Returns the luminous flux Φ in lm: the integral of `intensity_cd` over the sphere.
+    pub fn flux_lm(&self) -> f64 {
         self.cumulated_lm[self.cumulated_lm.len() - 1]
     }
 }
@@ -214,16 +214,16 @@ mod tests {
     fn density_integrates_to_one_and_total_is_the_flux() {
         for web in [lopsided(), floodlight()] {
             let sampler = WebSampler::new(&web);
-            assert!((sampler.total() / web.luminous_flux_lm() - 1.0).abs() < 1e-14);
+            assert!((sampler.flux_lm() / web.luminous_flux_lm() - 1.0).abs() < 1e-14);
             let bins = (0..BINS[0] * BINS[1]).map(|bin| bin_mass(&web, bin / BINS[1], bin % BINS[1]));
-            let integral = bins.sum::<f64>() / sampler.total();
+            let integral = bins.sum::<f64>() / sampler.flux_lm();
             // The table ends in steps, so the accuracy of this integral is limited by where its midpoints lie.
             assert!((integral - 1.0).abs() < 2e-3, "{integral}");
         }
         let smooth =
             IntensityWeb::new(vec![0.0, 360.0], vec![0.0, 90.0, 180.0], vec![1.0, 3.0, 2.0, 1.0, 3.0, 2.0]).unwrap();
         let sampler = WebSampler::new(&smooth);
-        let integral = (0..BINS[1]).map(|j| bin_mass(&smooth, 0, j)).sum::<f64>() * BINS[0] as f64 / sampler.total();
+        let integral = (0..BINS[1]).map(|j| bin_mass(&smooth, 0, j)).sum::<f64>() * BINS[0] as f64 / sampler.flux_lm();
         assert!((integral - 1.0).abs() < 1e-5, "{integral}");
     }
 
@@ -261,7 +261,7 @@ mod tests {
             assert!(sampler.pdf_per_sr(sampler.sample(variates)) > 0.0, "{variates:?}");
         }
         let dark = WebSampler::new(&IntensityWeb::new(vec![0.0, 360.0], vec![0.0, 90.0], vec![0.0; 4]).unwrap());
-        assert_eq!((dark.total(), dark.pdf_per_sr(dark.sample([0.3, 0.4]))), (0.0, 0.0));
+        assert_eq!((dark.flux_lm(), dark.pdf_per_sr(dark.sample([0.3, 0.4]))), (0.0, 0.0));
     }
 
     #[test]
@@ -270,10 +270,11 @@ mod tests {
         let sampler = WebSampler::new(&web);
         let mut stream = stream();
         // The mean of 1/I over draws ∝ I is the solid angle of the table divided by its flux.
-        let mean = (0..200_000).map(|_| 1.0 / sampler.eval(sampler.sample([stream.fine_unit(), stream.fine_unit()])));
+        let mean =
+            (0..200_000).map(|_| 1.0 / sampler.intensity_cd(sampler.sample([stream.fine_unit(), stream.fine_unit()])));
         let mean = mean.sum::<f64>() / 200_000.0;
         let zone = 50_f64.to_radians().cos() - 110_f64.to_radians().cos();
-        let exact = 70_f64.to_radians() * zone / sampler.total();
+        let exact = 70_f64.to_radians() * zone / sampler.flux_lm();
         // The tolerance is five standard errors; one is about 0.15% of the mean.
         assert!((mean / exact - 1.0).abs() < 0.0075, "{mean} {exact}");
     }

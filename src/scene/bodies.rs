@@ -18,12 +18,12 @@ const COLUMNS: usize = 24;
 /// Height of a band in cos θ; a cap has half of it.
 const BAND: f64 = 2.0 / RINGS as f64;
 /// Angle between two meridians in rad.
-const COLUMN: f64 = 2.0 * PI / COLUMNS as f64;
+const COLUMN_RAD: f64 = 2.0 * PI / COLUMNS as f64;
 /// Solid angle of a leaf in sr.
-const LEAF_SR: f64 = 0.5 * BAND * COLUMN;
+const LEAF_SR: f64 = 0.5 * BAND * COLUMN_RAD;
 
 /// Largest angle in rad that a triangle of the quadrature spans, multiplied by the degree of the series.
-const QUADRATURE_STEP: f64 = 1.5;
+const QUADRATURE_STEP_RAD: f64 = 1.5;
 /// Number of cuts of a leaf along an edge for the search of the largest density.
 const CUTS: u32 = 12;
 
@@ -73,7 +73,7 @@ pub(super) fn leaves(inward: bool) -> Vec<[u32; 3]> {
 /// Unit directions of the corners, in the order of their numbers.
 pub(super) fn corner_directions() -> Vec<DVec3> {
     let rings = (0..RINGS).map(|ring| 1.0 - BAND * (ring as f64 + 0.5));
-    let on_rings = rings.flat_map(|z| (0..COLUMNS).map(move |column| direction(z, COLUMN * column as f64)));
+    let on_rings = rings.flat_map(|z| (0..COLUMNS).map(move |column| direction(z, COLUMN_RAD * column as f64)));
     [DVec3::Z, -DVec3::Z].into_iter().chain(on_rings).collect()
 }
 
@@ -82,16 +82,16 @@ fn direction_on(leaf: usize, [u, v]: [f64; 2]) -> DVec3 {
     let q = u + v;
     let share = |part: f64| if q > 0.0 { part / q } else { 0.5 };
     if leaf < COLUMNS {
-        return cap_direction(q, (leaf as f64 + share(v)) * COLUMN);
+        return cap_direction(q, (leaf as f64 + share(v)) * COLUMN_RAD);
     }
     let Some(inner) = leaf.checked_sub(COLUMNS).filter(|inner| *inner < 2 * COLUMNS * (RINGS - 1)) else {
         let column = leaf - COLUMNS - 2 * COLUMNS * (RINGS - 1);
-        return cap_direction(q, (column as f64 + share(u)) * COLUMN) * DVec3::new(1.0, 1.0, -1.0);
+        return cap_direction(q, (column as f64 + share(u)) * COLUMN_RAD) * DVec3::new(1.0, 1.0, -1.0);
     };
     let (ring, column, is_upper) = (inner / (2 * COLUMNS), inner / 2 % COLUMNS, inner % 2 == 1);
     let below = 1.0 - BAND * (ring as f64 + 1.5);
     let [along, up] = if is_upper { [u, q] } else { [q, v] };
-    direction(below + BAND * up, (column as f64 + along) * COLUMN)
+    direction(below + BAND * up, (column as f64 + along) * COLUMN_RAD)
 }
 
 /// Direction in the cap about +z. The square of `q` is the share of the cap's solid angle up to that direction.
@@ -103,7 +103,7 @@ fn cap_direction(q: f64, azimuth: f64) -> DVec3 {
 
 /// Returns the leaf in a unit direction, and the weights of its second and third corner, seen from outside.
 fn leaf_in(d: DVec3) -> (usize, [f64; 2]) {
-    let turns = (d.y.atan2(d.x) / COLUMN).rem_euclid(COLUMNS as f64);
+    let turns = (d.y.atan2(d.x) / COLUMN_RAD).rem_euclid(COLUMNS as f64);
     let column = (turns as usize).min(COLUMNS - 1);
     let along = (turns - column as f64).clamp(0.0, 1.0);
     // 1 − |z| without cancellation.
@@ -199,7 +199,7 @@ impl Body {
         let share = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
         // Leaves are widest between the cap and the first band. There they span √(2 BAND).
         let span = share.sqrt() * (2.0 * BAND).sqrt();
-        let cuts = (span * self.series.degree().max(1) as f64 / QUADRATURE_STEP).ceil().max(2.0) as usize;
+        let cuts = (span * self.series.degree().max(1) as f64 / QUADRATURE_STEP_RAD).ceil().max(2.0) as usize;
         let rule = GaussLegendre::new(4);
         let step = 1.0 / cuts as f64;
         let mut sum = 0.0;

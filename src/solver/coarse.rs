@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::context::Context;
-use super::empty_maps::{Shows, element_weights};
+use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
@@ -96,7 +96,7 @@ impl CoarseElements {
         rounds: u32,
         fine: &Elements,
     ) -> CoarseElements {
-        let weights = element_weights(context, &elements, Some((&sloped, &contact_free)));
+        let weights = element_weights_m2(context, &elements, Some((&sloped, &contact_free)));
         let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds };
         let children = children_of(&elements, fine);
         let mut coarse = CoarseElements {
@@ -133,7 +133,7 @@ impl CoarseElements {
             return false;
         }
         self.contact_free = contact_free;
-        self.weights_m2 = element_weights(context, &self.elements, Some(self.shows()));
+        self.weights_m2 = element_weights_m2(context, &self.elements, Some(self.shows()));
         self.children = children_of(&self.elements, fine);
         true
     }

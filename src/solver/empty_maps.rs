@@ -15,7 +15,7 @@ pub type Shows<'a> = (&'a [bool], &'a [f64]);
 /// An empty map of elements, and its weights. They depend on what elements that adapt show.
 pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
     let luminous_flux_lm = context.world.emitters.luminous_flux_lm();
-    let weights = element_weights(context, elements, shows);
+    let weights = element_weights_m2(context, elements, shows);
     let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.element(index as u32));
     // A packet that meets an element that seems hidden by contact counts in all of it.
     let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
@@ -31,7 +31,7 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
 
 /// Weights of all entries of a map of elements: areas in m². Elements that adapt have their contact-free area, and slopes that are not shown
 /// have 0.
-pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
+pub fn element_weights_m2(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
     let numbers = 0..elements.len() as u32;
     let area_m2: Vec<f64> = numbers.map(|index| elements.area_m2(context.scene, elements.element(index))).collect();
     let Some((sloped, contact_free)) = shows else {

@@ -386,7 +386,7 @@ impl Job {
     /// Judges the present error.
     pub fn judge(&mut self, context: &Context) {
         self.looks.judged_samples = self.samples;
-        self.direct_variance_lx2 = self.map.direct_variance(&self.weights);
+        self.direct_variance_lx2 = self.map.direct_variance_lx2(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adapting.adaptive {
             let coarse = self.adapting.coarse.as_ref();

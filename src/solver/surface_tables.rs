@@ -9,7 +9,7 @@ use super::context::Context;
 use super::job::Job;
 use crate::maps::{
     CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
-    remaining_in_averages, table_row,
+    remaining_lx_by_average, table_row,
 };
 use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
@@ -99,7 +99,7 @@ fn remaining_in_averages_lx<'a>(
         }
     };
     let averages: Vec<RemainingInAverage> = rows.map(of_row).collect();
-    remaining_in_averages(&averages).into_iter().map(Some).collect()
+    remaining_lx_by_average(&averages).into_iter().map(Some).collect()
 }
 
 /// All sides with their elements, and with the grid of their uniformities if elements are fine enough for it.

@@ -266,7 +266,7 @@ fn bounds_over(world: &World, (center_m, cell_m): (DVec3, f64), places: &[&LitPl
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
     }
-    let bound_at = |emitter: &Emitter, place: &LitPlace| emitter.importance(place.point_m, place.normal);
+    let bound_at = |emitter: &Emitter, place: &LitPlace| emitter.importance_lx(place.point_m, place.normal);
     let means: Vec<f64> = list.iter().map(|emitter| mean_over(places, |place| bound_at(emitter, place))).collect();
     let means_sum: f64 = means.iter().sum();
     let is_uneven = |(emitter, mean): (&Emitter, &f64)| {
@@ -281,7 +281,7 @@ fn bounds_over(world: &World, (center_m, cell_m): (DVec3, f64), places: &[&LitPl
         (center_m + cell_m * DVec3::new(end(0), end(1), end(2)), places[corner % places.len()].normal)
     });
     let most = |emitter: &Emitter| {
-        corners.iter().map(|(corner_m, normal)| emitter.importance(*corner_m, *normal)).fold(0.0, f64::max)
+        corners.iter().map(|(corner_m, normal)| emitter.importance_lx(*corner_m, *normal)).fold(0.0, f64::max)
     };
     let extra =
         |(emitter, mean): (&Emitter, &f64)| (SHARE_OF_CORNER * most(emitter) - mean).clamp(0.0, MOST_EXTRA * means_sum);
@@ -398,7 +398,7 @@ mod tests {
                 LitPlace { cell: 0, point_m, normal, origin: world.tracer.side_origin(point_m, normal) }
             })
             .collect();
-        assert!(places.iter().all(|place| world.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));
+        assert!(places.iter().all(|place| world.emitters.list()[3].importance_lx(place.point_m, place.normal) == 0.0));
         let cell = look_from(&world, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
         let chance = CellChoice(&cell.cumulative).probability(3);
         assert!(chance > 10.0 * ANY / 4.0, "{chance}");

@@ -103,7 +103,7 @@ impl CoefficientTally for RowTally<'_> {
         for own in &seen.own {
             let sun = usize::from(own.sun);
             let lx = own.lx() * place.brings(self.sky.suns.towards[sun]);
-            let off_lx = lx - nodes.between(sun, |node| of_node(node, seen.of_node(node)));
+            let off_lx = lx - nodes.between(sun, |node| of_node(node, seen.of_node_lx(node)));
             self.own_suns[sun] += f64::from(own.times) * off_lx;
         }
     }
@@ -158,7 +158,7 @@ impl DirectSuns {
     }
 
     /// Mean direct illuminance in lx by a sun of 1 lx perpendicular to its rays.
-    pub fn mean(&self, sun: usize) -> f64 {
+    pub fn mean_lx(&self, sun: usize) -> f64 {
         self.lx.across(sun).iter().sum::<f64>() / PARTED as f64
     }
 }

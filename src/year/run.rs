@@ -194,7 +194,7 @@ fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
                 rays += direct.rays;
                 for (sun, lit) in lit.iter_mut().enumerate() {
                     let hour = context.sky.hours_of_suns[sun] as usize;
-                    *lit += u32::from(context.sky.hours[hour].sun_lx * direct.mean(sun) >= ASE_LX);
+                    *lit += u32::from(context.sky.hours[hour].sun_lx * direct.mean_lx(sun) >= ASE_LX);
                 }
             }
             (lit, rays)

@@ -80,7 +80,7 @@ impl CellView {
     }
 
     /// The illuminance in lx that a node gives; 0 if the cell does not see it.
-    pub fn of_node(&self, node: usize) -> f64 {
+    pub fn of_node_lx(&self, node: usize) -> f64 {
         let place = self.nodes.binary_search_by_key(&node, |(node, _)| usize::from(*node));
         place.map_or(0.0, |place| f64::from(self.nodes[place].1) * (1.0 / SHARE_STEPS))
     }
@@ -292,7 +292,7 @@ mod tests {
             let barycentric = [across(place % PLACES), across(place / PLACES)];
             let [seen, exact] = [&few, &all].map(|cells| cells.suns_on(replica, (0, Side::Front), barycentric));
             let mut wrong: Vec<[f64; 2]> = (0..suns.towards.len())
-                .map(|sun| [nodes.between(sun, |node| seen.of_node(node)) - exact.of_node(sun); 2])
+                .map(|sun| [nodes.between(sun, |node| seen.of_node_lx(node)) - exact.of_node_lx(sun); 2])
                 .collect();
             seen.own.iter().for_each(|own| wrong[usize::from(own.sun)][1] += own.off_lx());
             wrong

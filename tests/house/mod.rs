@@ -48,6 +48,50 @@ pub fn named_in(code: &str) -> Vec<Named> {
     named
 }
 
+/// The path of the module that a file below `src` holds: `scene/mod.rs` gives `scene`, `scene/photometry/ies.rs` gives
+/// `scene::photometry::ies`.
+pub fn module_of(file: &str) -> Vec<String> {
+    let name = file.strip_suffix(".rs").unwrap_or(file);
+    let name = name.strip_suffix("/mod").unwrap_or(name);
+    name.split('/').map(str::to_owned).collect()
+}
+
+/// All paths that a module's code names, with `super` resolved: what another module of the library holds begins with `crate`.
+pub fn resolved_in(module: &[String], code: &str) -> Vec<Named> {
+    let inner = inner_modules(code);
+    let resolved = |Named { line, path }: Named| {
+        let ups = path.iter().take_while(|piece| *piece == "super").count();
+        if ups == 0 {
+            return Some(Named { line, path });
+        }
+        let here: Vec<&String> = module.iter().chain(&inner[line - 1]).collect();
+        let kept = here[..here.len().checked_sub(ups)?].iter().map(|piece| (*piece).clone());
+        Some(Named { line, path: ["crate".to_owned()].into_iter().chain(kept).chain(path[ups..].to_vec()).collect() })
+    };
+    named_in(code).into_iter().filter_map(resolved).collect()
+}
+
+/// For each line of formatted code, the modules within the file that the line is in: `mod tests { … }` ends at the next `}` below its `mod`.
+fn inner_modules(code: &str) -> Vec<Vec<String>> {
+    let mut open: Vec<(usize, String)> = Vec::new();
+    let inner = code.lines().map(|line| {
+        let text = line.trim_start();
+        let indent = line.len() - text.len();
+        if text == "}" && open.last().is_some_and(|(begun, _)| *begun == indent) {
+            open.pop();
+        }
+        let around = open.iter().map(|(_, name)| name.clone()).collect();
+        let declared = text.strip_suffix(" {").and_then(|text| text.rsplit_once("mod "));
+        if let Some((visibility, name)) = declared
+            && (visibility.is_empty() || visibility.starts_with("pub"))
+        {
+            open.push((indent, name.to_owned()));
+        }
+        around
+    });
+    inner.collect()
+}
+
 /// Start of the next path, and whether it belongs to a `use`.
 fn next_path(code: &str) -> Option<(usize, bool)> {
     let begins_word =
@@ -95,11 +139,7 @@ pub struct Modules(BTreeMap<Vec<String>, String>);
 impl Modules {
     /// Takes the files' names below `src`, such as `scene/mod.rs`, and their texts.
     pub fn of<'t>(files: impl IntoIterator<Item = (String, &'t str)>) -> Modules {
-        let module = |(name, text): (String, &str)| {
-            let name = name.strip_suffix(".rs").unwrap_or(&name).to_owned();
-            let name = name.strip_suffix("/mod").unwrap_or(&name);
-            (name.split('/').map(str::to_owned).collect(), product_code(text))
-        };
+        let module = |(name, text): (String, &str)| (module_of(&name), product_code(text));
         let is_test = |path: &Vec<String>| path.last().is_some_and(|last| last.ends_with("tests"));
         Modules(files.into_iter().map(module).filter(|(path, _)| !is_test(path)).collect())
     }
@@ -132,19 +172,8 @@ impl Modules {
 
     /// Modules that one module imports from.
     fn imports_of(&self, module: &[String]) -> BTreeSet<Vec<String>> {
-        let absolute = |path: Vec<String>| -> Option<Vec<String>> {
-            match path.first()?.as_str() {
-                "crate" => Some(path[1..].to_vec()),
-                "super" => {
-                    let ups = path.iter().take_while(|piece| *piece == "super").count();
-                    let kept = module.len().checked_sub(ups)?;
-                    Some(module[..kept].iter().chain(&path[ups..]).cloned().collect())
-                }
-                _ => None,
-            }
-        };
-        let named = named_in(&self.0[module]).into_iter().filter_map(|named| absolute(named.path));
-        named.filter_map(|path| self.home_of(&path)).collect()
+        let named = resolved_in(module, &self.0[module]).into_iter().filter(|named| named.path[0] == "crate");
+        named.filter_map(|named| self.home_of(&named.path[1..])).collect()
     }
 
     /// Modules side by side that import each other in a circle. A file and the files in its folder count as one.

@@ -1,7 +1,7 @@
 //! Integration paths of Sobolev's integral: panels of nodes along three pieces of path, with the spectral function at the nodes.
 //!
 //! The poles of G in the right half-plane begin at Im k = 3.7 and lie left of Re k = ½ ln(π|k|/2). The turned path goes up the
-//! imaginary axis to [`TURN`] and then along a ray at [`RAY_ANGLE`]. It encloses no pole together with the real axis, for any
+//! imaginary axis to [`TURN`] and then along a ray at [`RAY_ANGLE_RAD`]. It encloses no pole together with the real axis, for any
 //! reflectances. Both paths therefore give the same integral, without residues. As ρ₁ρ₂ → 1 one more pole approaches k = 0 just
 //! left of the imaginary axis. Panels are halved until G is smooth on each.
 
@@ -14,7 +14,7 @@ use crate::base::quadrature::GaussLegendre;
 pub(super) const TURN: f64 = 2.0;
 
 /// Angle between the ray and the real axis, in radians. The ray passes right of the poles at a distance of 0.8 or more.
-pub(super) const RAY_ANGLE: f64 = 0.6;
+pub(super) const RAY_ANGLE_RAD: f64 = 0.6;
 
 /// Nodes of a panel's Gauss–Legendre rule.
 pub(super) const NODES: usize = 16;
@@ -165,7 +165,7 @@ const NEGLIGIBLE_PHASE: f64 = 4e-6;
 
 /// Panels along the ray: k and k G(k) e^{iφ}. The parameter is the distance from the beginning of the ray.
 pub(super) fn ray(rule: &PanelRule, spectrum: &Spectrum, r_min: f64) -> Vec<Panel<Complex<f64>>> {
-    let direction = Complex::from_polar(1.0, RAY_ANGLE);
+    let direction = Complex::from_polar(1.0, RAY_ANGLE_RAD);
     let mut edges = vec![0.0, 0.5, 1.0];
     while edges[edges.len() - 1] * (r_min * direction.im + direction.re) < NOTHING_LEFT {
         edges.push(edges[edges.len() - 1] + 1.0);

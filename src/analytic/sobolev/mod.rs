@@ -281,7 +281,7 @@ impl TurnedForm {
             tally.add(self.rule.sum(0.5 * (panel.to - panel.from), &values));
         }
         // At the beginning of the ray the wave has already fallen by e^{−2r}.
-        let fall = r * contour::RAY_ANGLE.sin() + contour::RAY_ANGLE.cos();
+        let fall = r * contour::RAY_ANGLE_RAD.sin() + contour::RAY_ANGLE_RAD.cos();
         let begins = TURN * r - 4.0 * r.ln_1p();
         for panel in self.ray.iter().take_while(|panel| begins + panel.from * fall < NOTHING_LEFT_OF_RAY) {
             let values = std::array::from_fn(|i| (panel.values[i] * hankel_wave(panel.places[i] * r)).re);

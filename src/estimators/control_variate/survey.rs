@@ -35,7 +35,7 @@ pub struct Survey<'a> {
     emitter: &'a Emitter,
     number: u32,
     /// Illuminance that it may give, in lx.
-    importance: f64,
+    importance_lx: f64,
     stream: &'a mut Stream,
     view: Option<EmitterView<'a>>,
     /// Rays so far.
@@ -49,24 +49,24 @@ impl<'a> Survey<'a> {
         receiver: &'a Receiver<'a>,
         emitter: &'a Emitter,
         number: u32,
-        importance: f64,
+        importance_lx: f64,
         stream: &'a mut Stream,
     ) -> Survey<'a> {
-        Survey { world, receiver, emitter, number, importance, stream, view: None, rays: 0 }
+        Survey { world, receiver, emitter, number, importance_lx, stream, view: None, rays: 0 }
     }
 
     /// Surveys an emitter and adds its expectation to `found`. `total_lx` is the illuminance that all emitters may give, and `seen_lx` the
     /// part found so far (all, before the first light sample).
     pub fn take(&mut self, [total_lx, seen_lx]: [f64; 2], survey_samples: f64, found: &mut ControlVariate) {
         // One ray determines a point with certainty.
-        if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LIGHT_SAMPLE * seen_lx {
+        if self.emitter.is_single_point() && self.importance_lx >= SHARE_FOR_A_LIGHT_SAMPLE * seen_lx {
             let lx = self.sample_lx(Square::WHOLE, 0);
             found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
             return;
         }
-        let share = self.importance / total_lx;
+        let share = self.importance_lx / total_lx;
         if share < SHARE_FOR_A_LIGHT_SAMPLE {
-            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNSAMPLED * self.importance);
+            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNSAMPLED * self.importance_lx);
             return;
         }
         let samples = (survey_samples * share).ceil();
@@ -87,7 +87,7 @@ impl<'a> Survey<'a> {
         }
         let samples = samples as f64;
         let share = (seen + PRIOR) / (samples + 2.0 * PRIOR);
-        let uncertainty_lx = self.importance * (share * (1.0 - share)).sqrt();
+        let uncertainty_lx = self.importance_lx * (share * (1.0 - share)).sqrt();
         found.expect(self.number, Square::WHOLE, sum_lx / samples, [0.0; 2], uncertainty_lx);
     }
 
@@ -98,7 +98,7 @@ impl<'a> Survey<'a> {
         if alike {
             let mean_lx = quarters.iter().sum::<f64>() / 4.0;
             let scatter_lx = (quarters.iter().map(|lx| (lx - mean_lx).powi(2)).sum::<f64>() / 4.0).sqrt();
-            let uncertainty_lx = (QUARTERS_ALIKE * self.importance).max(scatter_lx);
+            let uncertainty_lx = (QUARTERS_ALIKE * self.importance_lx).max(scatter_lx);
             found.expect(self.number, Square::WHOLE, mean_lx, [0.0; 2], uncertainty_lx);
         }
         alike
@@ -111,7 +111,7 @@ impl<'a> Survey<'a> {
         let is_seen = |place: usize| parts[place] > 0.0;
         if (1..parts.len()).all(|place| is_seen(place) == is_seen(0)) {
             let (mean_lx, slopes_lx, scatter_lx) = fitted(&parts);
-            let uncertainty_lx = (SIXTEENTHS_ALIKE * self.importance).max(scatter_lx);
+            let uncertainty_lx = (SIXTEENTHS_ALIKE * self.importance_lx).max(scatter_lx);
             found.expect(self.number, Square::WHOLE, mean_lx, slopes_lx, uncertainty_lx);
             return;
         }
@@ -150,7 +150,7 @@ impl<'a> Survey<'a> {
 
     fn expect_part(&self, square: Square, lx: f64, uncertainty: f64, found: &mut ControlVariate) {
         let area = square.area();
-        found.expect(self.number, square, area * lx, [0.0; 2], uncertainty * area * self.importance);
+        found.expect(self.number, square, area * lx, [0.0; 2], uncertainty * area * self.importance_lx);
     }
 
     /// Illuminance in lx of a light sample whose first variates lie in a square, as if the whole emitter were like that.

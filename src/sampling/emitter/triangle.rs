@@ -20,7 +20,7 @@ use crate::scene::{Scene, Side};
 /// itself (root mean square); mostly it varies much less.
 const FAR_FOR_A_CHEAP_SAMPLE: f64 = 2.0;
 /// Largest width of the parts of an emitting triangle as seen by the eye, in radians. The position index changes by a few percent over it.
-const WIDEST_PART: f64 = 0.05;
+const WIDEST_PART_RAD: f64 = 0.05;
 /// Largest number of divisions of a triangle's edges.
 const MOST_DIVISIONS: u32 = 64;
 /// A triangle is a needle if its area over the squared radius of the ball around it is below the first. The second is the largest number of
@@ -167,7 +167,7 @@ impl Light for TriangleEmitter {
         let nearest_m = nearest_m(&corners);
         let longest_m = (0..3).map(|k| corners[k].distance(corners[(k + 1) % 3])).fold(0.0, f64::max);
         let divisions =
-            ((longest_m / nearest_m.max(1e-3 * longest_m) / WIDEST_PART).ceil() as u32).clamp(1, MOST_DIVISIONS);
+            ((longest_m / nearest_m.max(1e-3 * longest_m) / WIDEST_PART_RAD).ceil() as u32).clamp(1, MOST_DIVISIONS);
         for part in 0..divisions * divisions {
             let inner = part_corners(part, divisions);
             let at = |[u, v]: [f64; 2]| corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);

@@ -21,7 +21,7 @@ pub struct Blinn {
 }
 
 impl Lobe for Blinn {
-    fn width(&self) -> f64 {
+    fn width_rad(&self) -> f64 {
         2.0 / (self.exponent + 4.0).sqrt()
     }
 

@@ -15,7 +15,7 @@ use crate::sampling::warp::cosine_hemisphere;
 pub trait Lobe {
     /// Returns its width in rad about its axis, which must be as steep as the mirror direction: about its standard deviation across and
     /// along.
-    fn width(&self) -> f64;
+    fn width_rad(&self) -> f64;
 
     /// Returns cosine and sine of the angle from the mirror direction beyond which the share exp(−y²) of its flux goes.
     fn angle_at(&self, y: f64) -> [f64; 2];
@@ -39,7 +39,7 @@ pub struct Glossy<L> {
 impl<L: Lobe> Glossy<L> {
     /// Makes the BSDF and tabulates the lobe's losses.
     pub fn new(diffuse_reflectance: f64, specular_reflectance: f64, lobe: L) -> Glossy<L> {
-        let table = Lossless::new(lobe.width(), |y| lobe.angle_at(y));
+        let table = Lossless::new(lobe.width_rad(), |y| lobe.angle_at(y));
         Glossy { diffuse_reflectance, specular_reflectance, lobe, table }
     }
 

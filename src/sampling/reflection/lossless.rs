@@ -28,8 +28,8 @@ const MOST_DRAWS: u32 = 200;
 #[derive(Clone, Debug)]
 pub(super) struct Lossless {
     /// Width of the lobe in rad, about its standard deviation across and along. The table resolves cosines down to it.
-    width: f64,
-    /// 1/ln(1 + 1/width), which makes the table's abscissa run from 0 to 1.
+    width_rad: f64,
+    /// 1/ln(1 + 1/width_rad), which makes the table's abscissa run from 0 to 1.
     log_scale: f64,
     /// 1 − R at the nodes.
     missing: Vec<f64>,
@@ -40,9 +40,9 @@ pub(super) struct Lossless {
 impl Lossless {
     /// Tabulates the losses of a lobe around the mirror direction. At grazing incidence the nodes are as close as its width (rad).
     /// `alpha_at` returns cosine and sine of the angle from the mirror direction beyond which the share exp(−y²) of the lobe's flux goes.
-    pub fn new(width: f64, alpha_at: impl Fn(f64) -> [f64; 2]) -> Lossless {
-        let log_scale = 1.0 / (1.0 / width).ln_1p();
-        let mut table = Lossless { width, log_scale, missing: Vec::new(), cumulated: vec![0.0] };
+    pub fn new(width_rad: f64, alpha_at: impl Fn(f64) -> [f64; 2]) -> Lossless {
+        let log_scale = 1.0 / (1.0 / width_rad).ln_1p();
+        let mut table = Lossless { width_rad, log_scale, missing: Vec::new(), cumulated: vec![0.0] };
         let rule = GaussLegendre::new(8);
         table.missing =
             (0..=INTERVALS).map(|node| missing_share(&alpha_at, table.cosine(node as f64), &rule)).collect();
@@ -81,12 +81,12 @@ impl Lossless {
     /// Returns the cosine at a position of the table, from 0 to [`INTERVALS`].
     fn cosine(&self, place: f64) -> f64 {
         let share = place / INTERVALS as f64;
-        (self.width * (share / self.log_scale).exp_m1()).min(1.0)
+        (self.width_rad * (share / self.log_scale).exp_m1()).min(1.0)
     }
 
     /// Returns 1 − R at a cosine, interpolated between the nodes of the table.
     fn missing_at(&self, cos: f64) -> f64 {
-        let place = (cos / self.width).ln_1p() * self.log_scale * INTERVALS as f64;
+        let place = (cos / self.width_rad).ln_1p() * self.log_scale * INTERVALS as f64;
         let node = (place as usize).min(INTERVALS - 1);
         let t = (place - node as f64).clamp(0.0, 1.0);
         self.missing[node] + t * (self.missing[node + 1] - self.missing[node])

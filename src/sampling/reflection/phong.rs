@@ -18,7 +18,7 @@ pub struct Phong {
 }
 
 impl Lobe for Phong {
-    fn width(&self) -> f64 {
+    fn width_rad(&self) -> f64 {
         1.0 / (self.exponent + 2.0).sqrt()
     }
 

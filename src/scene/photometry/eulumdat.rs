@@ -103,7 +103,7 @@ struct StoredNumbers {
     /// Number of planes with intensities.
     stored: usize,
     /// Intensities in cd per 1000 lm over the conversion factor, plane by plane.
-    values: Vec<f64>,
+    values_cd_per_klm: Vec<f64>,
 }
 
 impl StoredNumbers {
@@ -128,11 +128,12 @@ impl StoredNumbers {
         let c_deg = tokens.angles(plane_count, "C angles", -180.0..=360.0)?;
         let gamma_deg = tokens.angles(angle_count, "gamma angles", 0.0..=180.0)?;
         let remedy = "no light source has a negative intensity; check Mc, Ng and that no value is missing";
-        let values = tokens.list(stored * angle_count, "an intensity of 0 or more", remedy, |value| value >= 0.0)?;
+        let values_cd_per_klm =
+            tokens.list(stored * angle_count, "an intensity of 0 or more", remedy, |value| value >= 0.0)?;
         if tokens.left() > 0 {
             warnings.push(format!("{} values after the last intensity were ignored", tokens.left()));
         }
-        Ok(StoredNumbers { c_deg, gamma_deg, stored, values })
+        Ok(StoredNumbers { c_deg, gamma_deg, stored, values_cd_per_klm })
     }
 
     /// The table of intensities all around, in cd. `per_value` is the intensity of a stored value of 1.
@@ -144,7 +145,7 @@ impl StoredNumbers {
     ) -> Result<IntensityWeb, PhotometricError> {
         let angle_count = self.gamma_deg.len();
         let planes = plane_angles(&self.c_deg, symmetry, self.stored)?;
-        let turn = unfold(&planes, &self.values, angle_count, symmetry);
+        let turn = unfold(&planes, &self.values_cd_per_klm, angle_count, symmetry);
         if turn.disagreement > FLUX_TOLERANCE {
             let percent = 100.0 * turn.disagreement;
             warnings

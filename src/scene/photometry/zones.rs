@@ -68,7 +68,7 @@ impl Zone {
     ///
     /// It uses Newton's method within a shrinking bracket. A step below 1e-8 of the offset is the last one. The remaining error is some
     /// 1e-15 of the offset. The worst case is 1e-8 of the width, at the far end where intensity or sine vanish.
-    pub fn offset_holding(&self, target_lm_rad: f64, mass_lm_rad: f64) -> f64 {
+    pub fn offset_rad_holding(&self, target_lm_rad: f64, mass_lm_rad: f64) -> f64 {
         if mass_lm_rad <= 0.0 {
             return 0.0;
         }
@@ -137,7 +137,7 @@ mod tests {
                 let sines = [from.sin(), (from + width).sin()];
                 let zone = Zone { from_rad: from, width_rad: width, sines, intensities_cd: [a, b] };
                 let whole = sine_moments(from, width);
-                let found = zone.offset_holding(target, a * whole.whole + (b - a) * whole.ramp);
+                let found = zone.offset_rad_holding(target, a * whole.whole + (b - a) * whole.ramp);
                 assert!((found - offset).abs() < 1e-9 * width, "{from} {width} {a} {b}: {found} for {offset}");
             }
         }

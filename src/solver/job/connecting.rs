@@ -28,7 +28,7 @@ pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
 }
 
 impl Job {
-    /// Rays that local estimation takes to an error in lx, from the measurements of its pilot; at least the rays to its first looks.
+    /// Rays that local estimation takes to `error_lx`, from the measurements of its pilot; at least the rays to its first looks.
     /// All points share the random error of its chains. With so few degrees of freedom the stop rule requires a wide margin.
     pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
         let cost = plan.cost(&self.weights);

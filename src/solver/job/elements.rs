@@ -7,7 +7,7 @@ use super::{Engine, Job};
 use crate::maps::{Judgement, MapKind, MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 use crate::solver::context::Context;
-use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
+use crate::solver::empty_maps::{element_map, element_weights_m2, numbers_per_site};
 
 /// What happened to the elements of a map after a look (error check).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +115,7 @@ impl Job {
         }
     }
 
-    /// Rays, approximately, that reduce the random error to `error_lx` in lx.
+    /// Rays, approximately, that reduce the random error to `error_lx`.
     fn rays_to_chance(&self, error_lx: f64) -> f64 {
         let counted = || {
             let now_lx = self.judgement.expected_error * self.judgement.mean;
@@ -134,7 +134,7 @@ impl Job {
             return Refinement::Anew;
         }
         adaptive.stand_on(coarse);
-        self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
+        self.weights = element_weights_m2(context, &self.elements, Some(adaptive.shows()));
         self.map.indirect_unit = Unit::Scores;
         Refinement::OfDirect
     }

@@ -40,7 +40,7 @@ impl Job {
         self.share.rays_per_indirect * REPLICAS as f64 / entries.max(1) as f64
     }
 
-    /// Rays that counting or walking takes to an error in lx, from the measurements of the pilot; at least the rays to its first look.
+    /// Rays that counting or walking takes to `error_lx`, from the measurements of the pilot; at least the rays to its first look.
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         self.without_gathering(context, error_lx, self.costs.indirect.rays)
     }
@@ -63,7 +63,7 @@ impl Job {
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
-    /// Rays of direct and indirect light together to an error in lx, from the rays that indirect light alone would take.
+    /// Rays of direct and indirect light together to `error_lx`, from the rays that indirect light alone would take.
     /// The best split of rays is proportional to the square roots of what each part would take alone. But direct light has at least one
     /// pass.
     pub(super) fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {

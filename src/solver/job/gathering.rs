@@ -9,7 +9,7 @@ use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
 use crate::solver::coarse::CoarseElements;
 use crate::solver::context::Context;
-use crate::solver::empty_maps::{element_map, element_weights, numbers_per_site};
+use crate::solver::empty_maps::{element_map, element_weights_m2, numbers_per_site};
 use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 use crate::solver::regions::regions_of;
@@ -217,7 +217,7 @@ impl Job {
             .map(|(growth, planned_at)| (growth.rays - (self.work.rays - planned_at) as f64).max(0.0))
     }
 
-    /// Work that gathering still takes to an error in lx by the latest look, for comparison with the work of other methods. Direct light
+    /// Work that gathering still takes to `error_lx` by the latest look, for comparison with the work of other methods. Direct light
     /// takes what the pilot measured of it, as in their work: its error at a first look, before elements are cut further, is no measure.
     pub fn work_left_to_gather(&self, error_lx: f64) -> Option<f64> {
         let indirect = self.gathering_parts()?.growth_of_indirect(error_lx).rays;
@@ -268,7 +268,7 @@ impl Job {
         self.map.indirect_unit = Unit::Scores;
         if let (Some(coarse), Some(adaptive)) = (&self.adapting.coarse, &mut self.adapting.adaptive) {
             adaptive.stand_on(coarse);
-            self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
+            self.weights = element_weights_m2(context, &self.elements, Some(adaptive.shows()));
         }
         self.find_contact(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());

@@ -49,7 +49,7 @@ impl<'a> FloorPoints<'a> {
     }
 
     /// Illuminance in lx at a point that faces up.
-    fn light(&self, place_m: DVec3, form: DirectForm, interpolation: Interpolation) -> f64 {
+    fn illuminance_lx(&self, place_m: DVec3, form: DirectForm, interpolation: Interpolation) -> f64 {
         let about = interpolation.about(&self.lattice, place_m, |index| self.of(index));
         let lamps = self.study.world.emitters.list();
         let share_of = |lamp: usize| -> f64 {
@@ -115,7 +115,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
         let asked = DirectForm::ALL.into_iter().filter(|form| wishes.only.takes(*form));
         let ways = asked.flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {
-            let lx = points_m.par_iter().map(|point_m| points.light(*point_m, form, interpolation)).collect();
+            let lx = points_m.par_iter().map(|point_m| points.illuminance_lx(*point_m, form, interpolation)).collect();
             let lit = Lit { lx, every: 1, ..Lit::default() };
             let error = relative_rms(&lit, &exact);
             let mean = lit.lx.iter().sum::<f64>() / lit.lx.len() as f64;

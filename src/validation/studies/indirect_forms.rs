@@ -77,7 +77,7 @@ impl FreePoints {
         Some(FreePoints { lattice, kept_lx })
     }
 
-    fn light(&self, place_m: DVec3, form: usize, interpolation: Interpolation) -> f64 {
+    fn illuminance_lx(&self, place_m: DVec3, form: usize, interpolation: Interpolation) -> f64 {
         let about = interpolation.about(&self.lattice, place_m, |[i, j, k]| {
             let [columns, rows, _] = self.lattice.counts.map(|count| count as usize);
             self.kept_lx[(k as usize * rows + j as usize) * columns + i as usize].map(|kept_lx| kept_lx[form])
@@ -140,7 +140,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
             .ok_or("a mesh with more points than numbers for them")?;
         let ways = (0..FORMS.len()).flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {
-            let lx = points_m.iter().map(|point_m| points.light(*point_m, form, interpolation)).collect();
+            let lx = points_m.iter().map(|point_m| points.illuminance_lx(*point_m, form, interpolation)).collect();
             let lit = Lit { lx, every: 1, ..Lit::default() };
             let error = relative_rms(&lit, &exact);
             let mean = lit.lx.iter().sum::<f64>() / lit.lx.len() as f64;

@@ -111,7 +111,7 @@ fn room_mesh(edge_m: f64) -> String {
 }
 
 /// Edge in m of the mesh's parts for this number of triangles.
-fn edge_for(triangles: usize) -> f64 {
+fn edge_m_for(triangles: usize) -> f64 {
     let area = |size: [f64; 3]| 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     let furniture: f64 = FURNITURE_M.iter().map(|[low, high]| area([0, 1, 2].map(|k| high[k] - low[k]))).sum();
     (2.0 * (area(ROOM_M) + furniture) / triangles as f64).sqrt()
@@ -173,7 +173,7 @@ fn scene_text(wish: &Wish) -> String {
 fn scene_of(wish: &Wish) -> Result<(Scene, f64), String> {
     let folder = tempfile::tempdir().map_err(|error| format!("a temporary folder: {error}"))?;
     let wrong = |error: std::io::Error| format!("{}: {error}", folder.path().display());
-    std::fs::write(folder.path().join("room.obj"), room_mesh(edge_for(wish.triangles))).map_err(wrong)?;
+    std::fs::write(folder.path().join("room.obj"), room_mesh(edge_m_for(wish.triangles))).map_err(wrong)?;
     let file = folder.path().join("scene.json");
     std::fs::write(&file, scene_text(wish)).map_err(wrong)?;
     let started = Instant::now();
