@@ -117,6 +117,10 @@
 //! assert!(found.total_lx > found.direct_lx);
 //! ```
 //!
+//! # All other types
+//!
+//! The other types on this page stand in the fields and signatures of those named above.
+//!
 //! # Internal modules
 //!
 //! The rest of the library is for developers of luxmc itself. It is not shown here, and changes without notice.
@@ -135,6 +139,53 @@ pub use maps::MapResult;
 pub use scene::{Scene, SceneError};
 #[doc(inline)]
 pub use solver::{MapSelection, Observer, Settings, Silent, Solution, solve};
+
+// Types that stand in the fields and signatures of those above, so that each has its page.
+#[doc(inline)]
+pub use analytic::{AnalyticError, sobolev::SobolevValue};
+#[doc(inline)]
+pub use base::harmonics::{HarmonicSeries, RadialBounds};
+#[doc(inline)]
+pub use base::{
+    perez::SkyClass,
+    position_index::Outside,
+    sky::{Sky, SkyPattern},
+    sun::Sun,
+};
+#[doc(inline)]
+pub use cli::{Exit, Plots, Target};
+#[doc(inline)]
+pub use control::Forecast;
+#[doc(inline)]
+pub use light_mesh::{Accelerations, IndirectForm, NotForLightMesh};
+#[doc(inline)]
+pub use maps::{Estimate, Judgement, MapError, MapKind, MapValues, StatisticalCheck, TableKind, TableRow};
+#[doc(inline)]
+pub use methods::MeshChoice;
+#[doc(inline)]
+pub use output::{
+    Language, OutputError, PartOfRun, ResultDirectory, ResultFile, SealedError, StagedFiles, StreamedFile,
+};
+#[doc(inline)]
+pub use radiosity::NotARoom;
+#[doc(inline)]
+pub use scene::photometry::{IntensityWeb, Opening, PhotometricError, PhotometricType, WebError};
+#[doc(inline)]
+pub use scene::{
+    Area, Background, Body, BsdfParameters, DaylightTargets, ElementSide, Elements, Emission, Energy, GlareObserver,
+    IntensityTable, Luminaire, Material, MaterialId, Measure, Openings, Product, Project, Quantity, ReceiverLayout,
+    ReceiverPoint, ReceiverSet, ReceiversPart, Refusal, Requirement, Side, SpaceLimits, Standard, StandardEntry,
+    Surface, SurfaceId, TextPlace,
+};
+#[doc(inline)]
+pub use solver::{
+    Activity, ConvergenceRow, ElementChoice, ErrorParts, FluxBalance, GlareRating, Hindrance, Keeper, MapCheck, Method,
+    MoreShares, Portion, Progress, RunState, Share, SlowestMap, Spending, StopReason,
+};
+#[doc(inline)]
+pub use validation::CaseError;
+#[doc(inline)]
+pub use year::NotForYear;
 
 // The modules ("rooms") form layers, separated by blank lines. A room uses only rooms of layers above its own in this list.
 

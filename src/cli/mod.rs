@@ -110,6 +110,7 @@ pub use method::{MethodChoice, Plots, plots_named};
 pub use result_table::result_table;
 pub use results::{closing_lines, exit_of};
 pub use run::{RunOptions, RunStory, SceneRun};
+pub use verdict_target::Target;
 
 /// The result of a command.
 type Outcome = Result<Exit, Failure>;

@@ -97,7 +97,7 @@ pub use series::series_file;
 #[cfg(test)]
 pub(crate) use shapes::icosphere;
 pub use sky::DaylightTargets;
-pub use standard::{Area, Measure, Requirement, SpaceLimits, StandardEntry};
+pub use standard::{Area, Measure, Requirement, SpaceLimits, Standard, StandardEntry};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};
 pub(crate) use units::{LengthUnit, UNIT_NAMES};
 pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
