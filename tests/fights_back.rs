@@ -312,7 +312,7 @@ fn luminaires_outside_are_reported_in_one_warning() {
 }
 
 #[test]
-fn many_luminaires_in_fine_spheres_are_looked_at_once() {
+fn many_luminaires_in_fine_spheres_are_checked_at_once() {
     // 20,000 luminaires inside a sphere of 80,000 triangles. The search for the surface that encloses a luminaire takes 104 million steps
     // at most. A test of all triangles for each luminaire would take 1,600 million, and the sphere would be reported as open.
     let sphere = r#"{ "name": "s", "type": "sphere", "center": [0,0,0], "radius": 1000, "facing": "inward", "material": "m", "max_element_edge": 20 }"#;

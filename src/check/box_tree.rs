@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn searches_find_what_looking_at_all_boxes_finds() {
+    fn searches_find_what_tests_of_all_boxes_find() {
         let boxes = boxes(300);
         let tree = BoxTree::of(boxes.iter().copied());
         let mut budget = Budget::of_steps(1_000_000);

@@ -41,7 +41,7 @@ pub(super) struct CoplanarOverlaps {
     /// The pairs with the lowest numbers, in order, each with a point in m that lies in both triangles.
     pub first: Vec<([u32; 2], DVec3)>,
     /// Whether all pairs were tested.
-    pub all_looked_at: bool,
+    pub all_examined: bool,
 }
 
 /// Returns the pairs of triangles that overlap in one plane and face the same way (or are both met from both sides).
@@ -91,7 +91,7 @@ pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut B
             }
         });
     }
-    found.all_looked_at = !budget.is_spent();
+    found.all_examined = !budget.is_spent();
     let first = first.into_sorted_vec().into_iter();
     found.first = first.map(|(pair, place)| (pair, DVec3::from_array(place.map(f64::from_bits)))).collect();
     found

@@ -33,9 +33,9 @@ pub struct MeshFaults {
     /// Edges that belong to three, five, … triangles.
     pub odd_edges: Faults,
     /// Whether T-junctions were searched. In very large open meshes they are not.
-    pub t_junctions_looked_for: bool,
+    pub t_junctions_searched: bool,
     /// Whether all pairs of coplanar triangles were tested.
-    pub overlaps_looked_for: bool,
+    pub overlaps_searched: bool,
     /// Number of tests of boxes and triangles in both searches.
     #[serde(skip)]
     pub(super) steps: u64,
@@ -57,7 +57,7 @@ pub struct KindOfFault<'f> {
     /// Number and positions.
     pub faults: &'f Faults,
     /// Whether the search for this kind was complete.
-    pub all_looked_for: bool,
+    pub all_searched: bool,
     /// Words for one fault.
     pub one: &'static str,
     /// Words for many faults.
@@ -70,7 +70,7 @@ impl KindOfFault<'_> {
     /// Returns the number of faults and what they are, as text.
     pub fn words(&self) -> String {
         let what = if self.faults.count == 1 { self.one } else { self.many };
-        format!("{}{} {what}", if self.all_looked_for { "" } else { "at least " }, self.faults.count)
+        format!("{}{} {what}", if self.all_searched { "" } else { "at least " }, self.faults.count)
     }
 }
 
@@ -96,7 +96,7 @@ pub struct Hole {
 impl MeshFaults {
     /// Returns all kinds of faults that are counted.
     pub fn kinds(&self) -> [KindOfFault<'_>; 5] {
-        let kind = |faults, one, many, remedy| KindOfFault { faults, all_looked_for: true, one, many, remedy };
+        let kind = |faults, one, many, remedy| KindOfFault { faults, all_searched: true, one, many, remedy };
         [
             kind(
                 &self.duplicate_triangles,
@@ -105,7 +105,7 @@ impl MeshFaults {
                 "; rays hit either of the two, so delete one",
             ),
             KindOfFault {
-                all_looked_for: self.overlaps_looked_for,
+                all_searched: self.overlaps_searched,
                 ..kind(
                     &self.overlapping_triangles,
                     "pair of triangles cover each other in one plane",

@@ -77,9 +77,9 @@ impl<'s> SolidLookup<'s> {
         for parts in points_m.chunks(part * PARTS_AT_A_TIME) {
             let parts: Vec<&[DVec3]> = parts.chunks(part).collect();
             let share = left / (2 * parts.len() as u64);
-            let looks: Vec<(Vec<bool>, Budget)> = parts.par_iter().map(|part| self.hold(part, share)).collect();
-            left -= looks.iter().map(|(_, budget)| budget.taken()).sum::<u64>();
-            for ((mut held, mut budget), part) in looks.into_iter().zip(parts) {
+            let parts_held: Vec<(Vec<bool>, Budget)> = parts.par_iter().map(|part| self.hold(part, share)).collect();
+            left -= parts_held.iter().map(|(_, budget)| budget.taken()).sum::<u64>();
+            for ((mut held, mut budget), part) in parts_held.into_iter().zip(parts) {
                 // A part whose share of the steps was too small gets all that are left.
                 if budget.is_spent() {
                     (held, budget) = self.hold(part, left);

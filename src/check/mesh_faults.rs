@@ -30,9 +30,9 @@ pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) ->
     faults_within(scene, shells, vertex_of, MOST_LOOKS)
 }
 
-fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks: u64) -> MeshFaults {
-    let budget = || Budget::of_steps(most_looks + LOOKS_A_TRIANGLE * scene.triangles.len() as u64);
-    let mut faults = MeshFaults { t_junctions_looked_for: true, ..MeshFaults::default() };
+fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_tests: u64) -> MeshFaults {
+    let budget = || Budget::of_steps(most_tests + LOOKS_A_TRIANGLE * scene.triangles.len() as u64);
+    let mut faults = MeshFaults { t_junctions_searched: true, ..MeshFaults::default() };
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
@@ -66,7 +66,7 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
     let mut overlaps_budget = budget();
     let overlaps = coplanar_overlaps(scene, vertex_of, &mut overlaps_budget);
     faults.steps = overlaps_budget.taken();
-    faults.overlaps_looked_for = overlaps.all_looked_at;
+    faults.overlaps_searched = overlaps.all_examined;
     for ([one, other], place) in overlaps.first {
         faults.overlapping_triangles.add(place, name(one));
         faults.overlapping_triangles.name(name(other));
@@ -208,10 +208,10 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
 /// Returns warnings for mesh faults: each kind once, with its number and first position.
 pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
     let mut warnings = Vec::new();
-    if !found.t_junctions_looked_for {
+    if !found.t_junctions_searched {
         warnings.push(format!("{MESH}too many open edges to check for T-junctions here; luxmc inspect checks longer"));
     }
-    if !found.overlaps_looked_for {
+    if !found.overlaps_searched {
         warnings.push(format!(
             "{MESH}too many triangles in one plane to check for all overlaps here; luxmc inspect checks longer"
         ));
@@ -321,7 +321,7 @@ mod tests {
         assert_eq!(faults(&two).overlapping_triangles.count, 0);
         let moved = sheet("q", 1.8, up, false).replace("[1.8,1,1]", "[1.8,1.24,1.16]");
         let found = faults(&format!("{all}{}{moved}", sheet("p", 1.0, up, false)));
-        assert!(found.overlapping_triangles.count > 0 && found.overlaps_looked_for, "{found:?}");
+        assert!(found.overlapping_triangles.count > 0 && found.overlaps_searched, "{found:?}");
         assert_eq!(found.overlapping_triangles.surfaces, ["p", "q"]);
         let [x, y, z] = found.overlapping_triangles.places_m[0];
         assert!((1.8..2.0).contains(&x) && (1.2..1.8).contains(&y), "{found:?}");

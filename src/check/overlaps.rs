@@ -22,7 +22,7 @@ pub(super) struct Overlaps {
     /// The surfaces of the first pair, and the corner in m.
     pub first: Option<([String; 2], DVec3)>,
     /// Whether all pairs were tested.
-    pub all_looked_at: bool,
+    pub all_examined: bool,
 }
 
 /// Returns the budget of tests of boxes and triangles for this number of solids.
@@ -57,6 +57,6 @@ pub(super) fn overlaps(scene: &Scene, shells: &[Shell], scene_size_m: f64, budge
     Overlaps {
         count,
         first: first.map(|(pair, corner_m)| (pair.map(name), corner_m)),
-        all_looked_at: !budget.is_spent(),
+        all_examined: !budget.is_spent(),
     }
 }

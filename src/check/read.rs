@@ -71,7 +71,7 @@ fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneErr
 }
 
 /// Does the same, with or without the search for mesh faults.
-fn complete_with(scene: &mut Scene, written: &WrittenGeometry, looks_for_faults: bool) -> Result<(), SceneError> {
+fn complete_with(scene: &mut Scene, written: &WrittenGeometry, finds_faults: bool) -> Result<(), SceneError> {
     under_way::begin("checks of the whole scene", 0);
     refuse_white_rooms(&written.geometry, scene)?;
     let shells = closed_shells_of_geometries(scene);
@@ -86,7 +86,7 @@ fn complete_with(scene: &mut Scene, written: &WrittenGeometry, looks_for_faults:
     if !MeshCheck::Advice.is_skipped() {
         advise(scene, &shells);
     }
-    if looks_for_faults {
+    if finds_faults {
         warn_of_faults(scene);
     }
     if !MeshCheck::Overlaps.is_skipped() {
@@ -101,14 +101,14 @@ fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
     let found = overlaps(scene, shells, size_m(scene), &mut overlaps_budget(shells.len()));
     if let Some(([one, other], place_m)) = &found.first {
         let solids = match found.count {
-            1 if found.all_looked_at => "two solids intersect:".to_owned(),
-            count if found.all_looked_at => format!("{count} pairs of solids intersect, first"),
+            1 if found.all_examined => "two solids intersect:".to_owned(),
+            count if found.all_examined => format!("{count} pairs of solids intersect, first"),
             count => format!("at least {count} pairs of solids intersect, first"),
         };
         scene
             .warnings
             .push(format!("{MESH}{solids} {one} and {other} at {}; the parts inside are dark", place_words(*place_m)));
-    } else if !found.all_looked_at {
+    } else if !found.all_examined {
         scene.warnings.push(format!("{MESH}too many solids near each other to check which solids intersect"));
     }
 }

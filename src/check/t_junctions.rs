@@ -70,7 +70,7 @@ pub(super) fn closed_at_t_junctions(
             }
         });
         if !budget.take(STEPS_A_STOP * stops.len() as u64) {
-            faults.t_junctions_looked_for = false;
+            faults.t_junctions_searched = false;
             faults.steps += budget.taken();
             return ClosedRim { open: rim, joined: Vec::new() };
         }

@@ -35,13 +35,13 @@ struct Losses {
     /// The least loss among all rooms around a luminaire.
     pub least: Option<RoomLoss>,
     /// Whether all rooms were examined.
-    pub all_looked_at: bool,
+    pub all_examined: bool,
 }
 
 /// Finds rooms, closed or with small openings, that lose almost none of the light in them.
 fn least_loss(scene: &Scene) -> Losses {
     if scene.surfaces.iter().all(|surface| absorbed_by(scene, surface) >= LEAST_ABSORBED) {
-        return Losses { least: None, all_looked_at: true };
+        return Losses { least: None, all_examined: true };
     }
     let things = scene.triangles.len() + scene.luminaires.len();
     let mut budget = Budget::of_steps(TESTS + TESTS_A_THING * things as u64);
@@ -56,13 +56,13 @@ fn least_loss(scene: &Scene) -> Losses {
         budget,
     };
     let least = search.least();
-    Losses { least, all_looked_at: !search.budget.is_spent() }
+    Losses { least, all_examined: !search.budget.is_spent() }
 }
 
 /// Refuses a scene with a room that loses almost none of the light in it.
 pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(), SceneError> {
     let losses = least_loss(scene);
-    if !losses.all_looked_at {
+    if !losses.all_examined {
         scene.warnings.push("too many white rooms to check which of them lose almost no light".to_owned());
     }
     if let Some(loss) = losses.least.filter(|loss| loss.share < LEAST_ABSORBED) {

@@ -90,43 +90,43 @@ fn assert_bounded(found: &Inspection, triangles: usize) {
 }
 
 #[test]
-fn a_fan_about_one_vertex_takes_few_looks_a_triangle_or_is_given_up() {
+fn a_fan_about_one_vertex_takes_few_tests_a_triangle_or_is_given_up() {
     // Out of one plane every search ends. In one plane the boxes of most slivers overlap, and the incomplete search is reported.
     let found = inspect(&scene_of(&fan(100_000, 0.3)));
-    assert!(found.mesh.overlaps_looked_for && found.mesh.t_junctions_looked_for);
+    assert!(found.mesh.overlaps_searched && found.mesh.t_junctions_searched);
     assert!(found.mesh.steps < 1000 * 100_000, "{} steps", found.mesh.steps);
     let scene = scene_of(&fan(100_000, 0.0));
     let found = inspect(&scene);
-    assert!(!found.mesh.overlaps_looked_for && found.mesh.overlapping_triangles.count == 0);
+    assert!(!found.mesh.overlaps_searched && found.mesh.overlapping_triangles.count == 0);
     assert!(scene.warnings.iter().any(|warning| warning.contains("too many triangles in one plane")));
     assert_bounded(&found, 100_000);
 }
 
 #[test]
-fn copies_of_a_triangle_are_counted_without_a_look_at_their_pairs() {
+fn copies_of_a_triangle_are_counted_without_a_test_of_their_pairs() {
     for own_vertices in [true, false] {
         let found = inspect(&scene_of(&copies(20_000, own_vertices)));
         assert_eq!(found.mesh.duplicate_triangles.count, 19_999);
-        assert!(found.mesh.overlaps_looked_for);
+        assert!(found.mesh.overlaps_searched);
         assert!(found.mesh.steps < 1000, "{} steps", found.mesh.steps);
     }
 }
 
 #[test]
-fn layers_in_one_plane_are_counted_as_far_as_it_is_looked() {
+fn layers_in_one_plane_are_counted_as_far_as_a_budget_goes() {
     let scene = scene_of(&layers(5000));
     let found = inspect(&scene);
-    assert!(!found.mesh.overlaps_looked_for && found.mesh.overlapping_triangles.count > 10_000);
+    assert!(!found.mesh.overlaps_searched && found.mesh.overlapping_triangles.count > 10_000);
     assert!(scene.warnings.iter().any(|warning| warning.contains("at least") && warning.contains("cover each other")));
     assert_bounded(&found, 10_000);
     // Few layers are counted completely. Of the four pairs of two layers' triangles, the diagonals separate one.
     let found = inspect(&scene_of(&layers(50)));
-    assert!(found.mesh.overlaps_looked_for);
+    assert!(found.mesh.overlaps_searched);
     assert_eq!(found.mesh.overlapping_triangles.count, 3 * 50 * 49 / 2);
 }
 
 #[test]
-fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
+fn shells_about_each_other_are_examined_as_far_as_a_budget_goes() {
     let scene = scene_of(&shells_about_each_other(20_000));
     assert!(scene.warnings.iter().any(|warning| warning.contains("at least") && warning.contains("solids intersect")));
     let shells = closed_shells_of_geometries(&scene);
@@ -134,7 +134,7 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
     let size_m = shells::size_m(&scene);
     let mut budget = overlaps_budget(shells.len());
     let found = overlaps(&scene, &shells, size_m, &mut budget);
-    assert!(!found.all_looked_at && found.count > 1000);
+    assert!(!found.all_examined && found.count > 1000);
     assert!(budget.taken() <= MOST_STEPS + MOST_STEPS_EACH * 20_000, "{} steps", budget.taken());
 
     // The smallest shell decides for a point in all of them. Points in all boxes but in no shell take longer.
@@ -147,7 +147,7 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
 }
 
 #[test]
-fn a_great_many_points_among_many_shells_take_few_looks_each() {
+fn a_great_many_points_among_many_shells_take_few_tests_each() {
     // Every second shell may face inward. A row of points crosses each of them twice; a block of points lies beside most of them.
     for facing in [1, 2] {
         let scene = scene_of(&shells_facing(300, |number| number % facing == 0));
@@ -184,7 +184,7 @@ fn a_great_many_points_among_many_shells_take_few_looks_each() {
 }
 
 #[test]
-fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_goes() {
+fn points_on_the_faces_of_a_great_many_shells_are_examined_as_far_as_a_budget_goes() {
     // Every shell has a face in one plane, and all points lie in all of these faces, so no box separates them.
     let shell = |number: u32| {
         let r = 2.0 + 1e-4 * f64::from(number);
@@ -201,7 +201,7 @@ fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_g
 }
 
 #[test]
-fn a_mesh_that_twice_as_many_triangles_make_takes_hardly_more_than_twice_the_looks() {
+fn a_mesh_that_twice_as_many_triangles_make_takes_hardly_more_than_twice_the_tests() {
     // Separate rectangles: a wall of tiles with only open edges.
     let tiles = |across: u32| -> String {
         let tile = |number: u32| {

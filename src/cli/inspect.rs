@@ -175,10 +175,10 @@ fn mesh_text(mesh: &MeshFaults) -> String {
             text += &format!("{}; the first at {} m, on {surfaces}\n", kind.words(), place(*first));
         }
     }
-    if !mesh.t_junctions_looked_for {
+    if !mesh.t_junctions_searched {
         text += "T-junctions were not searched for: the mesh has too many open edges\n";
     }
-    if !mesh.overlaps_looked_for {
+    if !mesh.overlaps_searched {
         text += "not all overlaps in one plane were searched for: too many triangles lie in it\n";
     }
     text

@@ -247,7 +247,7 @@ mod tests {
         }
         assert!(line("materials").contains("of the types diffuse, phong, "), "{notes}");
         assert!(line("luminaires").contains("photometric") && !line("luminaires").contains("blinn"), "{notes}");
-        assert!(!line("materials").contains("velvet"), "the line is looked at");
+        assert!(!line("materials").contains("velvet"), "the line is read");
         assert!(!notes.contains(['{', '}']), "{notes}");
     }
 }

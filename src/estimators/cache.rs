@@ -67,7 +67,7 @@ pub enum WalkEvent<'a> {
         /// The part of that light that counts, in lm/m². The light-path connection finds the rest.
         counted_lm_m2: f64,
     },
-    /// The walk made a light-path connection (looked back) to a packet of a near luminaire.
+    /// The walk made a light-path connection to a packet of a near luminaire.
     Connected {
         /// Factor on the result.
         weight: f64,

@@ -154,7 +154,7 @@ fn follow(
         }
         if bsdf.scatters() {
             has_scattered = true;
-            rays += look_from(world, (&hit, direction, bsdf, way), cut, tally, stream);
+            rays += sample_from(world, (&hit, direction, bsdf, way), cut, tally, stream);
         }
         let Some(scattered) = bsdf.sample(direction, world.normal_at(&hit), stream) else {
             return rays;
@@ -172,7 +172,7 @@ fn follow(
 }
 
 /// Reports a surface point that scatters, and takes a light sample of the sky from it. Returns the number of rays.
-fn look_from(
+fn sample_from(
     world: &World,
     (hit, direction, bsdf, sky_path): (&SurfaceHit, DVec3, &Bsdf, SkyPath),
     cut: &mut Cut,

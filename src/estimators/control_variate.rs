@@ -35,7 +35,7 @@ const MOST_VIEWS: usize = 24;
 pub struct ControlVariate {
     /// Sum of all expected illuminance, in lx.
     sum_lx: f64,
-    /// Items whose illuminance may differ from the expectation.
+    /// Items whose illuminance may differ from the expected one.
     items: Vec<UncertainEmitter>,
     /// Number of light samples in one sample.
     samples: usize,
@@ -49,7 +49,7 @@ struct UncertainEmitter {
     emitter: u32,
     /// The part: the first two variates of its light samples lie in this square.
     square: Square,
-    /// Slope of the expectation with these variates, in lx over their range.
+    /// Slope of the expected illuminance with these variates, in lx over their range.
     slopes_lx: [f64; 2],
     /// Expected illuminance, in lx.
     expected_lx: f64,
@@ -80,14 +80,14 @@ impl ControlVariates {
     }
 
     /// Keeps the control variate of one of `points` points, if there is room. Computing it again gives the same result.
-    pub fn keep(&mut self, point: usize, points: usize, expectation: ControlVariate) {
-        if self.items + expectation.items.len() > MOST_ITEMS {
+    pub fn keep(&mut self, point: usize, points: usize, control_variate: ControlVariate) {
+        if self.items + control_variate.items.len() > MOST_ITEMS {
             return;
         }
-        self.items += expectation.items.len();
+        self.items += control_variate.items.len();
         self.of_points.reserve_exact(points.saturating_sub(self.of_points.len()));
         self.of_points.resize(self.of_points.len().max(point + 1), None);
-        self.of_points[point] = Some(expectation);
+        self.of_points[point] = Some(control_variate);
     }
 }
 
@@ -102,36 +102,36 @@ impl ControlVariate {
         stream: &mut Stream,
     ) -> ControlVariate {
         let total: f64 = importance.iter().sum();
-        let mut expectation = ControlVariate::default();
+        let mut control_variate = ControlVariate::default();
         let mut seen_lx = total;
         // Emitters with little of all light may have much of the light that is not hidden.
         for is_strong in [true, false] {
             for (number, (emitter, importance)) in world.emitters.list().iter().zip(importance).enumerate() {
                 if *importance > 0.0 && (*importance >= SHARE_FOR_A_LIGHT_SAMPLE * total) == is_strong {
                     let mut survey = Survey::new(world, receiver, emitter, number as u32, *importance, stream);
-                    survey.take([total, seen_lx], survey_samples, &mut expectation);
-                    expectation.rays += survey.rays;
+                    survey.take([total, seen_lx], survey_samples, &mut control_variate);
+                    control_variate.rays += survey.rays;
                 }
             }
-            seen_lx = expectation.sum_lx;
+            seen_lx = control_variate.sum_lx;
         }
-        expectation.items.shrink_to_fit();
-        if let Some(last) = expectation.items.last() {
+        control_variate.items.shrink_to_fit();
+        if let Some(last) = control_variate.items.last() {
             let uncertainty_lx = last.cumulative_lx;
             let mut before_lx = 0.0;
-            let squares_lx2: f64 = (expectation.items.iter())
+            let squares_lx2: f64 = (control_variate.items.iter())
                 .map(|item| (item.cumulative_lx - std::mem::replace(&mut before_lx, item.cumulative_lx)).powi(2))
                 .sum();
-            let most = (expectation.rays as f64 / SAMPLES_OF_A_PASS).max(1.0);
-            expectation.samples =
+            let most = (control_variate.rays as f64 / SAMPLES_OF_A_PASS).max(1.0);
+            control_variate.samples =
                 (SAMPLES_PER_UNCERTAINTY * uncertainty_lx * uncertainty_lx / squares_lx2).min(most).ceil().max(1.0)
                     as usize;
         }
-        expectation
+        control_variate
     }
 
-    /// Adds the expectation of a part of an emitter, with its uncertainty, in lx.
-    fn expect(&mut self, emitter: u32, square: Square, expected_lx: f64, slopes_lx: [f64; 2], uncertainty_lx: f64) {
+    /// Adds the expected illuminance of a part of an emitter, with its uncertainty, in lx.
+    fn add(&mut self, emitter: u32, square: Square, expected_lx: f64, slopes_lx: [f64; 2], uncertainty_lx: f64) {
         self.sum_lx += expected_lx;
         if uncertainty_lx > 0.0 {
             let before_lx = self.items.last().map_or(0.0, |last| last.cumulative_lx);
@@ -165,7 +165,7 @@ impl ControlVariate {
             let item = &self.items[place];
             stream.turn_to_square(again << 48 | item.square.code() << 32 | u64::from(item.emitter), item.square);
             again += 1;
-            let variates = stream.ahead();
+            let variates = stream.next_pair();
             let light_sample = views.light_sample(&world.emitters, item.emitter, receiver, stream);
             let found_lx = light_sample.map_or(0.0, |sample| {
                 rays += 1;
@@ -204,7 +204,7 @@ impl<'a> Views<'a> {
 }
 
 impl UncertainEmitter {
-    /// Difference of the expectation at two variates from its mean over them, in lx.
+    /// Difference of the expected illuminance at two variates from its mean over them, in lx.
     #[inline]
     fn change_lx(&self, variates: [f64; 2]) -> f64 {
         self.slopes_lx.iter().zip(variates).map(|(slope_lx, variate)| slope_lx * (variate - 0.5)).sum()
@@ -279,14 +279,17 @@ mod tests {
             for (place, (survey_samples, is_quasi)) in
                 [(16.0, false), (1024.0, false), (64.0, true)].into_iter().enumerate()
             {
-                let expectation = pass.control_variate(&world, &receiver, survey_samples);
+                let control_variate = pass.control_variate(&world, &receiver, survey_samples);
                 let mut views = Views::default();
-                let mut sample = |stream: &mut Stream| expectation.sample(&world, &receiver, &mut views, stream);
+                let mut sample = |stream: &mut Stream| control_variate.sample(&world, &receiver, &mut views, stream);
                 let ((mean, error), rays) = sampled(5, is_quasi, &mut sample);
                 let bound = 4.5 * error.hypot(truth_error) + 1e-9 * truth;
                 let what = format!("at {x}, {survey_samples} survey samples: {mean} {truth} ± {error} {truth_error}");
                 assert!((mean - truth).abs() < bound, "{what}");
-                assert!((mean + 0.03 * expectation.sum_lx - truth).abs() > bound, "{what}: the planted fault passed");
+                assert!(
+                    (mean + 0.03 * control_variate.sum_lx - truth).abs() > bound,
+                    "{what}: the planted fault passed"
+                );
                 if let Some(cost) = by_expectation.get_mut(place) {
                     *cost += error * error * rays;
                 }
@@ -307,9 +310,13 @@ mod tests {
         let (point_m, normal) = (DVec3::new(1.0, 1.0, 1.0), DVec3::Z);
         let origin = world.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
-        let expectation = DirectPass::default().control_variate(&world, &receiver, 64.0);
-        let (lx, rays) =
-            expectation.sample(&world, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
+        let control_variate = DirectPass::default().control_variate(&world, &receiver, 64.0);
+        let (lx, rays) = control_variate.sample(
+            &world,
+            &receiver,
+            &mut Views::default(),
+            &mut Stream::new(0, Purpose::Direct, 0, 0),
+        );
         assert!((lx - 100.0).abs() < 1e-9 && rays == 0, "{lx} lx by {rays} rays");
     }
 }

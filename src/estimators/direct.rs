@@ -23,7 +23,7 @@ const SHARE_FOR_ANY: f64 = 0.01;
 /// Maximum number of light samples that find the luminaires visible from a point, before the others get less weight.
 const MOST_SURVEY_SAMPLES: u64 = 256;
 /// Number of a point's stream for its control variate. Number 0 finds the visible luminaires.
-const EXPECTATION: u32 = 1;
+const CONTROL_VARIATE: u32 = 1;
 /// Light samples of one pass at an element if emitters are chosen. It is small since there are many elements.
 const SAMPLES_OVER_ELEMENT: usize = 6;
 
@@ -86,7 +86,7 @@ impl DirectPass {
     /// there gets `survey_samples` light samples, the others get their shares of that.
     pub fn control_variate(&mut self, world: &World, receiver: &Receiver, survey_samples: f64) -> ControlVariate {
         let rays = self.weigh_at(world, receiver);
-        let mut stream = stream_of_place(receiver, EXPECTATION);
+        let mut stream = stream_of_place(receiver, CONTROL_VARIATE);
         let mut control_variate = ControlVariate::of(world, receiver, &self.importance, survey_samples, &mut stream);
         control_variate.rays += rays;
         control_variate

@@ -59,7 +59,7 @@ impl DiffusePlace {
 /// Records where a ray met the first diffuse surface, and how it looks the cell up there.
 struct FirstDiffuse {
     /// Whether a light sample for direct light is also taken there.
-    looks: bool,
+    samples: bool,
     /// Edge of the cell, relative to one that a ray of an entry looks up.
     edges: f64,
     found: Option<CellPlace>,
@@ -84,7 +84,7 @@ impl Cache for FirstDiffuse {
             lookup: Lookup { point_m, normal, direction: met.direction, distance_m: self.edges * met.hit.distance_m },
             reflectance: met.reflectance,
         });
-        (if self.looks { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
+        (if self.samples { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
     }
 }
 
@@ -135,11 +135,11 @@ pub fn gather(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Gathered {
-    let mut first = FirstDiffuse { looks: true, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { samples: true, edges: 1.0, found: None };
     let (variates, weight) = drawn(density, stream);
-    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
+    let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     Gathered {
-        plain_lx: looked_lx + weight * arriving_lx,
+        plain_lx: sampled_lx + weight * arriving_lx,
         term: first.found.map(|met| met.pending_term(grid, weight * met.reflectance)),
         bin: bin_of(variates) as u8,
         rays,
@@ -156,14 +156,14 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 /// Sends a ray from a point in a cell. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it
 /// met one), and the number of rays.
 fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { looks: true, edges: EDGES_FROM_CELLS, found: None };
+    let mut first = FirstDiffuse { samples: true, edges: EDGES_FROM_CELLS, found: None };
     let (plain_lx, rays) = walk_indirect_lx(world, receiver, &mut first, cut, stream);
     (plain_lx, first.found, rays)
 }
 
 /// The point that a ray from a receiver meets, if any, and the number of rays. No light sample is taken there. Its direction follows a
 /// density, if there is one.
-pub fn look_for_place(
+pub fn find_cell_place(
     world: &World,
     receiver: &Receiver,
     density: Option<&Density>,
@@ -171,18 +171,18 @@ pub fn look_for_place(
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
     let (variates, _) = drawn(density, stream);
-    look_along(world, receiver, variates, cut, stream)
+    trace_to_cell(world, receiver, variates, cut, stream)
 }
 
 /// The same along the direction given by two variates.
-fn look_along(
+fn trace_to_cell(
     world: &World,
     receiver: &Receiver,
     variates: [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { looks: false, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { samples: false, edges: 1.0, found: None };
     let (_, rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }
@@ -292,7 +292,7 @@ pub fn residual_walk(
     mut note: impl FnMut(PendingTerm),
 ) -> Walked {
     let (variates, weight_of_first) = drawn(density, stream);
-    let (met, rays) = look_along(world, receiver, variates, cut, stream);
+    let (met, rays) = trace_to_cell(world, receiver, variates, cut, stream);
     let mut walked = Walked { plain_lx: 0.0, plain_of_step_lx: 0.0, bin: bin_of(variates) as u8, rays };
     let Some(mut here) = met else {
         return walked;

@@ -93,9 +93,9 @@ impl Trail {
         let emitter = &world.emitters.list()[number as usize];
         let (weight, total) = weights_of_areas(world, mirrors, beam.apex_m, normal);
         let luminance_cd_m2 = emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
-        let looked = probability * weight(&number) / total * luminance_cd_m2;
+        let sampled = probability * weight(&number) / total * luminance_cd_m2;
         let rayed = self.ray_per_sr * self.share * emitter.unshadowed_lx(beam.apex_m, normal);
-        if looked > 0.0 { rayed / (rayed + looked) } else { 1.0 }
+        if sampled > 0.0 { rayed / (rayed + sampled) } else { 1.0 }
     }
 }
 
@@ -142,48 +142,48 @@ pub fn look_into_mirrors(
 ) -> (f64, u64) {
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
-        Some(number) => look_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
-            let look = world.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
-            let origin = world.origin(&look.place?);
+        Some(number) => sample_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
+            let sample = world.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
+            let origin = world.origin(&sample.place?);
             let position_m = world.tracer.position_m(&origin);
-            Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx, luminance_cd_m2: 0.0 })
+            Some(Chosen { position_m, origin, brought_lx: sample.unshadowed_lx, luminance_cd_m2: 0.0 })
         }),
         None => (0.0, 0),
     };
     let Some(points) = &mirrors.points else {
         return (sun_lx, sun_rays);
     };
-    let (lx, rays) = look_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
+    let (lx, rays) = sample_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
         let variate = stream.fine_unit();
-        let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
-        let offset_m = step.apex_m - look.point.position_m;
+        let (sample, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
+        let offset_m = step.apex_m - sample.point.position_m;
         let cosine = -offset_m.normalize_or_zero().dot(step.normal);
         if cosine <= 0.0 {
             return None;
         }
-        let intensity_cd = look.emitter.intensity_from_cd(&look.point, offset_m.normalize_or_zero());
+        let intensity_cd = sample.emitter.intensity_from_cd(&sample.point, offset_m.normalize_or_zero());
         let brought_lx = intensity_cd * cosine / offset_m.length_squared() / chosen;
-        let origin = world.origin(&look.place);
-        Some(Chosen { position_m: look.point.position_m, origin, brought_lx, luminance_cd_m2: 0.0 })
+        let origin = world.origin(&sample.place);
+        Some(Chosen { position_m: sample.point.position_m, origin, brought_lx, luminance_cd_m2: 0.0 })
     });
     (sun_lx + lx, sun_rays + rays)
 }
 
 /// One unbiased sample of the illuminance in lx that images of balls and areas give at a point, and the number of rays. The caller must
 /// omit what a ray meets by way of these facets.
-pub fn look_for_areas(world: &World, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    look_for_areas_with(world, mirrors, receiver, |_| 1.0, stream)
+pub fn sample_area_images(world: &World, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    sample_area_images_with(world, mirrors, receiver, |_| 1.0, stream)
 }
 
 /// The same times `response` to the direction of the light.
-pub fn look_for_areas_with(
+pub fn sample_area_images_with(
     world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    look_at_areas(world, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
+    sample_areas_by_facets(world, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
 }
 
 /// The part of it that is not left to rays, for points that also send rays. `responses` gives each part of the response for the direction
@@ -208,11 +208,11 @@ pub fn look_for_areas_beside_rays(
             .map(|part| part.factor * lx / (1.0 + part.ray_per_sr * lx / chosen.luminance_cd_m2))
             .sum()
     };
-    look_at_areas(world, mirrors, receiver, MOST_SHARED as u32, count, stream)
+    sample_areas_by_facets(world, mirrors, receiver, MOST_SHARED as u32, count, stream)
 }
 
 /// Searches for areas in mirrors, by way of at most `deepest` facets.
-fn look_at_areas(
+fn sample_areas_by_facets(
     world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
@@ -220,7 +220,7 @@ fn look_at_areas(
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    look_by_facets(world, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
+    sample_by_facets(world, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
         let list = world.emitters.list();
         let (weight, total) = weights_of_areas(world, mirrors, step.apex_m, step.normal);
         let mut rest = stream.fine_unit() * total;
@@ -233,18 +233,18 @@ fn look_at_areas(
         });
         let number = met.unwrap_or(&mirrors.areas[last]);
         let emitter = &list[*number as usize];
-        let look = emitter.light_sample(step.apex_m, step.normal, stream)?;
-        let origin = world.origin(&look.place?);
+        let sample = emitter.light_sample(step.apex_m, step.normal, stream)?;
+        let origin = world.origin(&sample.place?);
         let position_m = world.tracer.position_m(&origin);
         let luminance_cd_m2 = emitter.exitance_lm_m2()? / PI;
-        let brought_lx = look.unshadowed_lx * total / weight(number);
+        let brought_lx = sample.unshadowed_lx * total / weight(number);
         Some(Chosen { position_m, origin, brought_lx, luminance_cd_m2 })
     })
 }
 
 /// One sample of the light that emitters give to a point by way of at most `deepest` facets. `choose` picks a point of an emitter at every
 /// step. `count` weights the light from it.
-fn look_by_facets(
+fn sample_by_facets(
     world: &World,
     facets: &[Facet],
     receiver: &Receiver,

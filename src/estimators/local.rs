@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::receiver::Receiver;
 use super::reception::sample_share_of_reflected_lx;
-use super::sight::{Seen, SubPoint, look_along};
+use super::sight::{Seen, SubPoint, trace_sight};
 use super::small_body::SmallBody;
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
@@ -135,7 +135,7 @@ impl Anchors {
             let mut ends = Vec::new();
             if receivers.quantity == Quantity::Luminance && !point.inside {
                 stream.seek(entry as u64);
-                look_along(world, &origin, point.normal, FAINT_BRANCH, &mut stream, |seen| {
+                trace_sight(world, &origin, point.normal, FAINT_BRANCH, &mut stream, |seen| {
                     if let Seen::Surface(end) = seen {
                         ends.push(end);
                     }

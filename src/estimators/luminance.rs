@@ -1,6 +1,6 @@
 //! The luminance that an eye sees in a direction.
 //!
-//! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). Three kinds of light are seen there: luminaires
+//! The line of sight ends at the sub-point r′ (through panes and mirrors: [`trace_sight`]). Three kinds of light are seen there: luminaires
 //! on the line itself; their light scattered once, at r′; and light that reaches r′ after reflections. The first two are the *direct* part.
 //! Every luminaire is sampled from r′. For a lobe, the lobe's own ray also finds luminaires, and both are weighted by their densities. The
 //! third is a walk from r′ (docs/methods.md (21)), drawn by the BSDF, which is reciprocal.
@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::direct::{DirectPass, MOST_EACH};
 use super::images::ImageResponse;
 use super::receiver::Receiver;
-use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
+use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, trace_sight};
 use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
@@ -26,7 +26,7 @@ use crate::transport::World;
 pub fn sample_seen_cd_m2(world: &World, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
-    let mut rays = look_along(world, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
+    let mut rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
         Seen::Luminaire(luminaire) => sum_cd_m2 += luminaire.luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
@@ -55,7 +55,7 @@ pub fn sample_seen_cd_m2(world: &World, eye: &Receiver, pass: &mut DirectPass, s
 /// and the number of rays.
 pub fn sample_interreflected_cd_m2(world: &World, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
-    let mut rays = look_along(world, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
+    let mut rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
         if let Seen::Surface(end) = seen {
             ends.push(end);
         }
@@ -134,17 +134,17 @@ impl SubPoint {
 /// Light of luminaires that a glossy sub-point sends to the eye, from light samples and a ray along the lobe.
 fn glossy_cd_m2(world: &World, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
     let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
-    let (looked_cd_m2, rays) = light_from_gloss_cd_m2(world, end, responses, stream);
+    let (sampled_cd_m2, rays) = light_from_gloss_cd_m2(world, end, responses, stream);
     let Some(scattered) = bsdf.sample(end.direction, end.normal, stream) else {
-        return (looked_cd_m2, rays);
+        return (sampled_cd_m2, rays);
     };
     if scattered.lobe != LobeKind::Glossy {
-        return (looked_cd_m2, rays);
+        return (sampled_cd_m2, rays);
     }
     let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
     let lobe_per_sr = bsdf.lobe_per_sr(&pair);
     let (met, ray_count) = first_luminaires(world, &end.origin, scattered.direction);
-    let mut sum_cd_m2 = looked_cd_m2;
+    let mut sum_cd_m2 = sampled_cd_m2;
     for (index, transmittance) in met {
         let emitter = &world.emitters.list()[index as usize];
         let share = share_of_ray(world, emitter, &end.receiver(), lobe_per_sr);
@@ -170,13 +170,14 @@ pub fn light_from_gloss_cd_m2(
 ) -> (f64, u64) {
     let receiver = end.receiver();
     let list = world.emitters.list();
-    let looks = list.len().min(MOST_EACH);
+    let samples = list.len().min(MOST_EACH);
     let light_samples_per_emitter = light_samples_per_emitter(list.len());
     let (mut sum_cd_m2, mut rays) = (0.0, 0);
     let shift = stream.fine_unit();
-    for look in 0..looks {
-        let place = (look as f64 + shift) / looks as f64;
-        let index = if looks == list.len() { look } else { ((place * list.len() as f64) as usize).min(list.len() - 1) };
+    for sample in 0..samples {
+        let place = (sample as f64 + shift) / samples as f64;
+        let index =
+            if samples == list.len() { sample } else { ((place * list.len() as f64) as usize).min(list.len() - 1) };
         let emitter = &list[index];
         let Some(found) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else {
             continue;
@@ -224,9 +225,9 @@ fn share_of_light_samples(
     let Some(exitance_lm_m2) = emitter.exitance_lm_m2() else {
         return 1.0;
     };
-    let looked = light_samples_per_emitter * exitance_lm_m2 / PI;
+    let sampled = light_samples_per_emitter * exitance_lm_m2 / PI;
     let rayed = lobe_per_sr * unshadowed_lx;
-    if rayed + looked > 0.0 && unshadowed_lx > 0.0 { looked / (looked + rayed) } else { 0.0 }
+    if rayed + sampled > 0.0 && unshadowed_lx > 0.0 { sampled / (sampled + rayed) } else { 0.0 }
 }
 
 /// The luminaires that a ray meets directly or through panes, each with the transmittance of the panes before it, and the number of rays.

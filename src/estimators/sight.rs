@@ -60,7 +60,7 @@ pub enum Seen {
 ///
 /// At panes it follows both branches, weighted by their shares. Branches below a small share continue by chance, with a weight that
 /// compensates for this.
-pub fn look_along(
+pub fn trace_sight(
     world: &World,
     eye: &Origin,
     direction: DVec3,

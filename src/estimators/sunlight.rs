@@ -32,7 +32,7 @@ impl Suns {
     /// The point of the disk is drawn uniformly over its solid angle. The ground hides what is below the horizon. Suns come in order of
     /// time, so the triangle that hides one sun mostly hides the next. It is tested first, without a ray. With `openings`, light enters
     /// only through them.
-    pub fn look_for_all(
+    pub fn find_all(
         &self,
         around: (&Scene, &World),
         place: &Receiver,
@@ -40,11 +40,11 @@ impl Suns {
         stream: &mut Stream,
         found: impl FnMut(usize, f64),
     ) -> u64 {
-        self.look_for(0..self.towards.len(), around, place, (openings, stream), found)
+        self.find_some(0..self.towards.len(), around, place, (openings, stream), found)
     }
 
     /// The same for some of the suns, by their numbers.
-    pub fn look_for(
+    pub fn find_some(
         &self,
         which: impl Iterator<Item = usize>,
         (scene, world): (&Scene, &World),
@@ -73,8 +73,8 @@ impl Suns {
             if hidden_by.is_some_and(|triangle| hides(scene.corners_m(triangle), place.point_m, towards)) {
                 continue;
             }
-            let (passed, hidden, looked) = way_out(world, place.origin, towards);
-            rays += looked;
+            let (passed, hidden, way_rays) = way_out(world, place.origin, towards);
+            rays += way_rays;
             let is_flat = |triangle: &u32| body_of(&scene.bodies, *triangle).is_none();
             hidden_by = hidden.filter(is_flat).or(hidden_by);
             if passed > 0.0 {

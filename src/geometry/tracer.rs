@@ -168,7 +168,7 @@ impl Tracer {
         match self.tree.closest(&ray, origin) {
             Some(found) if self.is_plain(&found) => self.meeting(&found),
             Some(_) => self.settle(&ray, origin),
-            None => self.look_from_further_in(origin, along),
+            None => self.hit_from_further_in(origin, along),
         }
     }
 
@@ -313,7 +313,7 @@ impl Tracer {
             one.crossing.rank().total_cmp(&other.crossing.rank()).then(one.primitive.cmp(&other.primitive))
         });
         let Some(nearest) = all.first().copied() else {
-            return self.look_from_further_in(origin, ray.direction);
+            return self.hit_from_further_in(origin, ray.direction);
         };
         let tied = |one: &&Found| (one.crossing.t - nearest.crossing.t).abs() <= noise(one) + noise(&nearest);
         let (fronts, backs): (Vec<&Found>, Vec<&Found>) =
@@ -329,7 +329,7 @@ impl Tracer {
         if self.is_side(&nearest) {
             self.meeting(&nearest)
         } else {
-            self.look_from_aside(origin, ray.direction, &nearest)
+            self.hit_from_aside(origin, ray.direction, &nearest)
         }
     }
 
@@ -348,7 +348,7 @@ impl Tracer {
     /// Repeats a ray that found nothing. It may have started in a corner too tight for f32. If its origin lies near an edge of its
     /// triangle, it is traced again from further inside the triangle.
     #[cold]
-    fn look_from_further_in(&self, origin: &Origin, along: Vec3A) -> Meeting {
+    fn hit_from_further_in(&self, origin: &Origin, along: Vec3A) -> Meeting {
         let Anchor::Triangle { triangle, side, barycentric } = origin.anchor else {
             return Meeting::Nothing;
         };
@@ -368,7 +368,7 @@ impl Tracer {
     /// Repeats a ray from a surface that met the back of a one-sided surface. It may have started in the crack below a solid that stands
     /// there. It is traced again from points around its origin, in search of a front.
     #[cold]
-    fn look_from_aside(&self, origin: &Origin, along: Vec3A, found: &Found) -> Meeting {
+    fn hit_from_aside(&self, origin: &Origin, along: Vec3A, found: &Found) -> Meeting {
         let Anchor::Triangle { .. } = origin.anchor else {
             return self.meeting(found);
         };

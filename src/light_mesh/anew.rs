@@ -2,7 +2,7 @@
 //! completes views whose gloss takes fewer rays this way.
 
 use super::entries::Entries;
-use super::exact::{MeshPlace, look_at_all};
+use super::exact::{MeshPlace, sample_all_emitters};
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
 use super::walks::{HALVES, in_halves_lx, sample_at_place_lx};
@@ -15,7 +15,7 @@ use crate::scene::ReceiverPoint;
 
 /// Returns one unbiased sample of the direct light of an entry, and the number of rays. It uses no mesh and traces a new line of sight.
 pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
-    sample(around, entries, entry, true, stream, |receiver, stream| look_at_all(around.world, receiver, stream))
+    sample(around, entries, entry, true, stream, |receiver, stream| sample_all_emitters(around.world, receiver, stream))
 }
 
 /// Returns one unbiased sample of the indirect light of an entry, with a walk from each of its points, and the number of rays.
@@ -30,7 +30,7 @@ pub fn sample_indirect(
     sample(around, entries, entry, false, stream, walk)
 }
 
-/// Returns one sample of an entry in lx, and the number of rays. `ask` samples the light at each of its points and returns the rays for it.
+/// Returns one sample of an entry in lx, and the number of rays. `sample_at` samples the light at each of its points and returns the rays for it.
 /// With `with_luminaires`, an eye also sees luminaires.
 fn sample(
     around: &Surroundings,
@@ -38,24 +38,24 @@ fn sample(
     entry: usize,
     with_luminaires: bool,
     stream: &mut Stream,
-    mut ask: impl FnMut(&Receiver, &mut Stream) -> (f64, u64),
+    mut sample_at: impl FnMut(&Receiver, &mut Stream) -> (f64, u64),
 ) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     if let Some(point) = eye_of(around, entries, entry) {
-        let (shown, places) = look_again(around, point, with_luminaires, stream);
+        let (shown, places) = traced_anew(around, point, with_luminaires, stream);
         if with_luminaires {
             sum_lx += shown.luminaires_cd_m2;
         }
         rays += shown.rays;
         for place in places {
-            let (lx, place_rays) = ask(&place.receiver(), stream);
+            let (lx, place_rays) = sample_at(&place.receiver(), stream);
             sum_lx += place.weight_per_sr * lx;
             rays += place_rays;
         }
         return (sum_lx, rays);
     }
     entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
-        let (lx, place_rays) = spot.ask(around.world, |receiver| ask(receiver, stream));
+        let (lx, place_rays) = spot.with_receiver(around.world, |receiver| sample_at(receiver, stream));
         sum_lx += weight * lx;
         rays += place_rays;
     });
@@ -63,7 +63,7 @@ fn sample(
 }
 
 /// Returns what a new line of sight shows, with one ray along each gloss.
-fn look_again(
+fn traced_anew(
     around: &Surroundings,
     point: &ReceiverPoint,
     with_luminaires: bool,
@@ -77,15 +77,15 @@ fn look_again(
         small_share: SMALL_SHARE,
         gloss: GlossRays::One,
         with_luminaires,
-        looks_for_areas: around.looks_for_areas(),
+        samples_area_images: around.samples_area_images(),
     };
-    let shown = eye.look(&from, point.normal, stream, &mut places);
+    let shown = eye.trace(&from, point.normal, stream, &mut places);
     (shown, places)
 }
 
 /// Returns the eye of an entry that is a direction of view.
 fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Option<&'a ReceiverPoint> {
-    match (entries.kind, &entries.sights) {
+    match (entries.kind, &entries.lines_of_sight) {
         (MapKind::Receivers(set), Some(_)) => Some(&around.scene.receivers[set].points[entry]),
         _ => None,
     }

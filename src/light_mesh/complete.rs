@@ -2,7 +2,7 @@
 //! until random error takes at most its part of the target.
 
 use super::entries::Entries;
-use super::exact::looks_are_exact;
+use super::exact::light_samples_are_exact;
 use super::options::{HURRIED_PLACE_WALKS, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::plan_indirect::LEAST_INDIRECT;
@@ -31,7 +31,7 @@ pub struct Rounds {
 impl Planner<'_> {
     /// Whether shadow rays from every receiver point have no random error.
     pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
-        looks_are_exact(self.around.world) && !entries.are_means() && !entries.show_gloss()
+        light_samples_are_exact(self.around.world) && !entries.are_means() && !entries.show_gloss()
     }
 
     /// Completes the part of the map that the plan leaves to the receiver points.
@@ -108,7 +108,7 @@ impl Planner<'_> {
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct));
         // Gloss shows many surface points, each of which is a small part of a direction.
         let mut more = match (self.stop)() {
-            _ if entries.show_gloss() && !entries.draw_sights() => HALVES as u32,
+            _ if entries.show_gloss() && !entries.draw_lines_of_sight() => HALVES as u32,
             true => HURRIED_PLACE_WALKS,
             false => FIRST_ROUND_WALKS,
         };

@@ -4,8 +4,8 @@
 use glam::DVec3;
 
 use super::exact::MeshPlace;
+use super::lines_of_sight::LinesOfSight;
 use super::mesh::Surroundings;
-use super::sights::Sights;
 use crate::maps::MapKind;
 use crate::sampling::random::Stream;
 use crate::scene::{Quantity, ReceiverLayout};
@@ -32,7 +32,7 @@ pub struct Entries {
     /// The normals of all points, if there are few.
     pub normals: Option<Vec<DVec3>>,
     /// What the eye sees, for a luminance set.
-    pub sights: Option<Sights>,
+    pub lines_of_sight: Option<LinesOfSight>,
 }
 
 impl Entries {
@@ -41,14 +41,14 @@ impl Entries {
     pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>, may_draw: bool) -> Entries {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
-        let mut sights = None;
+        let mut lines_of_sight = None;
         let (weights, area_m2) = match kind {
             MapKind::Receivers(number) => {
                 let set = &around.scene.receivers[number];
                 if set.quantity == Quantity::Luminance {
-                    let found = Sights::of(around, set, [seed, number as u64], target_error, may_draw);
+                    let found = LinesOfSight::of(around, set, [seed, number as u64], target_error, may_draw);
                     found.spots().for_each(|spot| include(spot.point_m));
-                    sights = Some(found);
+                    lines_of_sight = Some(found);
                 } else {
                     set.points.iter().filter(|point| !point.inside).for_each(|point| include(point.position_m));
                 }
@@ -69,7 +69,7 @@ impl Entries {
                 (weights, Some(area_m2))
             }
         };
-        let mut entries = Entries { kind, weights, area_m2, bounds_m, normals: None, sights };
+        let mut entries = Entries { kind, weights, area_m2, bounds_m, normals: None, lines_of_sight };
         entries.normals = entries.few_normals(around);
         entries
     }
@@ -97,74 +97,76 @@ impl Entries {
 
     /// Whether random decisions can affect what lines of sight show.
     pub fn have_chance(&self) -> bool {
-        self.sights.as_ref().is_some_and(|sights| sights.has_chance)
+        self.lines_of_sight.as_ref().is_some_and(|lines| lines.has_chance)
     }
 
     /// Returns the number of points at which the mesh is evaluated, over all entries.
     pub fn places(&self) -> usize {
-        match &self.sights {
-            Some(sights) => sights.places(),
+        match &self.lines_of_sight {
+            Some(lines) => lines.places(),
             None => self.weights.len() * if self.are_means() { PLACES_OF_ELEMENT.len() } else { 1 },
         }
     }
 
     /// Returns a unique number for a point of an entry.
     pub fn place_number(&self, entry: usize, number: usize) -> u64 {
-        let most = self.sights.as_ref().map_or(PLACES_OF_ELEMENT.len(), |sights| sights.most_places);
+        let most = self.lines_of_sight.as_ref().map_or(PLACES_OF_ELEMENT.len(), |lines| lines.most_places);
         (entry * most + number) as u64
     }
 
     /// Returns what an entry shows without light on surfaces: luminaires in an eye's line of sight, in cd/m².
     pub fn own_light_cd_m2(&self, entry: usize) -> f64 {
-        self.sights.as_ref().map_or(0.0, |sights| sights.luminaires_cd_m2(entry))
+        self.lines_of_sight.as_ref().map_or(0.0, |lines| lines.luminaires_cd_m2(entry))
     }
 
     /// Whether an entry contains light on surfaces.
     pub fn has_places(&self, entry: usize) -> bool {
-        self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty() || sights.shows_gloss(entry))
+        self.lines_of_sight.as_ref().is_none_or(|lines| !lines.places_of(entry).is_empty() || lines.shows_gloss(entry))
     }
 
     /// Whether every sample of light traces new lines of sight.
-    pub fn draw_sights(&self) -> bool {
-        self.sights.as_ref().is_some_and(|sights| sights.are_drawn)
+    pub fn draw_lines_of_sight(&self) -> bool {
+        self.lines_of_sight.as_ref().is_some_and(|lines| lines.are_drawn)
     }
 
     /// Whether lines of sight end on gloss, so that what they show has random error.
     pub fn show_gloss(&self) -> bool {
-        self.sights.as_ref().is_some_and(|sights| sights.gloss.is_some())
+        self.lines_of_sight.as_ref().is_some_and(|lines| lines.gloss.is_some())
     }
 
-    /// Calls `ask` for each point at which the mesh is evaluated, with the weight of its illuminance.
-    pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
-        match (self.kind, &self.sights) {
-            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| {
-                ask(MeshPlace::at_origin(place.point_m, place.normal, place.origin), place.weight_per_sr);
+    /// Calls `visit` for each point at which the mesh is evaluated, with the weight of its illuminance.
+    pub fn each_spot(&self, around: &Surroundings, entry: usize, mut visit: impl FnMut(MeshPlace, f64)) {
+        match (self.kind, &self.lines_of_sight) {
+            (_, Some(lines)) => lines.places_of(entry).iter().for_each(|place| {
+                visit(MeshPlace::at_origin(place.point_m, place.normal, place.origin), place.weight_per_sr);
             }),
             (MapKind::Receivers(set), None) => {
-                ask(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
+                visit(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
             }
             (MapKind::Elements, None) => {
                 let element = around.world.elements.element(entry as u32);
                 let weight = 1.0 / PLACES_OF_ELEMENT.len() as f64;
-                PLACES_OF_ELEMENT.iter().for_each(|place| ask(MeshPlace::of_element(around, element, *place), weight));
+                PLACES_OF_ELEMENT
+                    .iter()
+                    .for_each(|place| visit(MeshPlace::of_element(around, element, *place), weight));
             }
         }
     }
 
-    /// Calls `ask` like [`Entries::each_spot`], but with one random point of an element instead of its fixed ones.
+    /// Calls `visit` like [`Entries::each_spot`], but with one random point of an element instead of its fixed ones.
     pub fn each_drawn_spot(
         &self,
         around: &Surroundings,
         entry: usize,
         stream: &mut Stream,
-        mut ask: impl FnMut(MeshPlace, f64, &mut Stream),
+        mut visit: impl FnMut(MeshPlace, f64, &mut Stream),
     ) {
         if self.are_means() {
             let element = around.world.elements.element(entry as u32);
             let spot = MeshPlace::drawn_in_element(around, element, stream);
-            ask(spot, 1.0, stream);
+            visit(spot, 1.0, stream);
             return;
         }
-        self.each_spot(around, entry, |spot, weight| ask(spot, weight, stream));
+        self.each_spot(around, entry, |spot, weight| visit(spot, weight, stream));
     }
 }

@@ -12,20 +12,20 @@ use crate::transport::World;
 
 /// Returns one unbiased sample of the direct illuminance in lx, from a light sample of every emitter, and the number of rays. It is exact
 /// if all emitters are points.
-pub fn look_at_all(world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_all_emitters(world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     for emitter in world.emitters.list() {
-        let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
+        let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
         rays += 1;
-        if let Some(place) = look.place {
-            sum_lx += look.unshadowed_lx * world.transmittance(receiver.origin, &world.origin(&place));
+        if let Some(place) = sample.place {
+            sum_lx += sample.unshadowed_lx * world.transmittance(receiver.origin, &world.origin(&place));
         }
     }
     (sum_lx, rays)
 }
 
 /// Whether light samples of all emitters have no random error.
-pub fn looks_are_exact(world: &World) -> bool {
+pub fn light_samples_are_exact(world: &World) -> bool {
     world.emitters.list().iter().all(|emitter| emitter.is_single_point())
 }
 
@@ -79,14 +79,14 @@ impl MeshPlace {
         MeshPlace::of_element(around, element, uniform_triangle(stream.pair()))
     }
 
-    /// Calls `ask` with the point as a receiver.
+    /// Calls `then` with the point as a receiver.
     #[inline]
-    pub fn ask<T>(&self, world: &World, ask: impl FnOnce(&Receiver) -> T) -> T {
+    pub fn with_receiver<T>(&self, world: &World, then: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {
             RayStart::Side => world.tracer.side_origin(self.point_m, self.normal),
             RayStart::Element(element, inner) => world.tracer.surface_origin(element.triangle, inner, element.side),
             RayStart::At(origin) => origin,
         };
-        ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
+        then(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
     }
 }

@@ -12,10 +12,10 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::estimators::direct::MOST_EACH;
-use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
+use crate::estimators::images::{look_into_mirrors, sample_area_images_with};
 use crate::estimators::luminance::{light_from_gloss_cd_m2, share_of_ray};
 use crate::estimators::receiver::Receiver;
-use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
+use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, trace_sight};
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
@@ -49,7 +49,7 @@ impl SeenPlace {
     }
 }
 
-/// Settings for looking along directions.
+/// Settings for tracing lines of sight.
 #[derive(Clone, Copy)]
 pub struct Eye<'a> {
     /// The scene.
@@ -62,7 +62,7 @@ pub struct Eye<'a> {
     pub with_luminaires: bool,
     /// Whether gloss samples images of ball and area luminaires. It then leaves out these luminaires where its rays meet them by way of any
     /// mirror.
-    pub looks_for_areas: bool,
+    pub samples_area_images: bool,
 }
 
 /// Number of rays along the gloss of a surface that an eye sees.
@@ -86,10 +86,10 @@ pub struct Shown {
 }
 
 impl Eye<'_> {
-    /// Looks along a direction. It adds the surface points seen to `places`.
-    pub fn look(&self, from: &Origin, direction: DVec3, stream: &mut Stream, places: &mut Vec<SeenPlace>) -> Shown {
+    /// Traces a line of sight. Adds the surface points seen to `places`.
+    pub fn trace(&self, from: &Origin, direction: DVec3, stream: &mut Stream, places: &mut Vec<SeenPlace>) -> Shown {
         let (mut shown, mut ends) = (Shown::default(), Vec::new());
-        shown.rays += look_along(self.world, from, direction, self.small_share, stream, |seen| match seen {
+        shown.rays += trace_sight(self.world, from, direction, self.small_share, stream, |seen| match seen {
             Seen::Luminaire(luminaire) => shown.luminaires_cd_m2 += luminaire.luminance_cd_m2,
             Seen::Surface(end) => ends.push(end),
         });
@@ -98,13 +98,13 @@ impl Eye<'_> {
             end_at(self.world, end, end.share, places);
             let Some(gloss) = Gloss::of(self.world, end) else { continue };
             shown.has_gloss = true;
-            self.look_into(&gloss, number, &mut cut, stream, places, &mut shown);
+            self.sample_gloss(&gloss, number, &mut cut, stream, places, &mut shown);
         }
         shown
     }
 
     /// Samples the gloss of a surface that is seen, with all rays.
-    fn look_into(
+    fn sample_gloss(
         &self,
         gloss: &Gloss,
         number: u64,
@@ -131,12 +131,12 @@ impl Eye<'_> {
             }
             self.send_ray(gloss, share * gloss.reflectance / rays as f64, stream, &mut ends, shown);
             if ray < passes {
-                self.look_at_luminaires(gloss, share / passes as f64, cut, stream, shown);
+                self.sample_luminaires(gloss, share / passes as f64, cut, stream, shown);
             }
             while let Some((end, weight)) = ends.pop() {
                 end_at(self.world, &end, weight, places);
                 let Some(gloss) = Gloss::of(self.world, &end) else { continue };
-                self.look_at_luminaires(&gloss, weight, cut, stream, shown);
+                self.sample_luminaires(&gloss, weight, cut, stream, shown);
                 let survival = gloss.reflectance.min(MOST_SURVIVAL);
                 if stream.happens(survival) {
                     self.send_ray(&gloss, weight * gloss.reflectance / survival, stream, &mut ends, shown);
@@ -160,14 +160,14 @@ impl Eye<'_> {
         let per_sr = gloss.response_per_sr(scattered.direction);
         let list = self.world.emitters.list();
         let mut luminaires_cd_m2 = 0.0;
-        shown.rays += look_along(self.world, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
+        shown.rays += trace_sight(self.world, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
             Seen::Luminaire(luminaire) => {
                 // Light samples find all light of openings, and a share of the light that comes straight from other luminaires. They find
                 // all light of images if images of areas are sampled.
                 let Some(emitter) = luminaire.emitter.map(|number| &list[number as usize]) else { return };
                 let share = match luminaire.is_straight {
                     true => share_of_ray(self.world, emitter, &end.receiver(), per_sr),
-                    false if self.looks_for_areas => 0.0,
+                    false if self.samples_area_images => 0.0,
                     false => 1.0,
                 };
                 luminaires_cd_m2 += share * luminaire.luminance_cd_m2;
@@ -183,20 +183,20 @@ impl Eye<'_> {
     }
 
     /// Takes light samples of luminaires from gloss, and of point luminaires in flat mirrors.
-    fn look_at_luminaires(&self, gloss: &Gloss, weight: f64, cut: &mut Cut, stream: &mut Stream, shown: &mut Shown) {
+    fn sample_luminaires(&self, gloss: &Gloss, weight: f64, cut: &mut Cut, stream: &mut Stream, shown: &mut Shown) {
         if !self.with_luminaires || self.world.emitters.list().is_empty() {
             return;
         }
         let responses = |pair: &Pair| [0.0, gloss.response_per_sr(pair.towards)];
-        let (looked_cd_m2, rays) = light_from_gloss_cd_m2(self.world, gloss.end, responses, stream);
-        shown.luminaires_cd_m2 += weight * looked_cd_m2;
+        let (sampled_cd_m2, rays) = light_from_gloss_cd_m2(self.world, gloss.end, responses, stream);
+        shown.luminaires_cd_m2 += weight * sampled_cd_m2;
         shown.rays += rays;
         if let Some(mirrors) = &self.world.mirrors {
             let response = |towards: DVec3| gloss.response_per_sr(towards);
             let receiver = gloss.end.receiver();
             let (mut cd_m2, mut rays) = look_into_mirrors(self.world, mirrors, &receiver, response, cut, stream);
-            if self.looks_for_areas {
-                let (of_areas_cd_m2, more) = look_for_areas_with(self.world, mirrors, &receiver, response, stream);
+            if self.samples_area_images {
+                let (of_areas_cd_m2, more) = sample_area_images_with(self.world, mirrors, &receiver, response, stream);
                 cd_m2 += of_areas_cd_m2;
                 rays += more;
             }

@@ -168,8 +168,9 @@ impl<'a> IndirectMesh<'a> {
             // These walks sample mirror images themselves.
             None => walks_at_place_lx(&self.around, receiver, place_number, [0, walks], self.seed, cut),
             Some((gathered_lx, _)) => {
-                let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_MIRROR_LOOKS);
-                let (images_lx, rays) = images_at_place_lx(&self.around, receiver, place_number, looks, self.seed, cut);
+                let samples = walks.div_ceil(WALKS_PER_LOOK).min(MOST_MIRROR_LOOKS);
+                let (images_lx, rays) =
+                    images_at_place_lx(&self.around, receiver, place_number, samples, self.seed, cut);
                 ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
             }
         };
@@ -284,7 +285,7 @@ impl<'a> IndirectMesh<'a> {
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
         let mut sum_lx = [0.0; HALVES];
         // Where there are mirrors, the receiver points sample them themselves.
-        let looks_back = self.around.world.near_luminaires.is_some() && self.around.has_no_images();
+        let connects_to_packets = self.around.world.near_luminaires.is_some() && self.around.has_no_images();
         for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
             let mut done = 0;
             while done < u64::from(walks) / HALVES as u64 && !self.ends_at(done) {
@@ -292,7 +293,7 @@ impl<'a> IndirectMesh<'a> {
                 done += 1;
                 let walk_number = (walk * HALVES as u64) + half as u64;
                 stream.seek_quasi((key << 32) | walk_number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
-                let (lx, rays) = if looks_back {
+                let (lx, rays) = if connects_to_packets {
                     let plane = Receiver { point_m: position_m, normal, origin: &origin };
                     sample_at_place_lx(&self.around, &plane, cut, &mut stream)
                 } else {

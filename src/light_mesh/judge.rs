@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::anew::{sample_direct, sample_indirect};
 use super::entries::Entries;
-use super::exact::looks_are_exact;
+use super::exact::light_samples_are_exact;
 use super::mesh::Surroundings;
 use super::options::Stop;
 use super::tracing::EntryLight;
@@ -117,13 +117,9 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
 }
 
 /// Returns the samples of each half for direct light with random error: more where gloss is seen, few after the run has been ended.
-pub fn looks_until(entries: &Entries, stop: Stop) -> u64 {
-    let gloss = entries.sights.as_ref().and_then(|sights| sights.gloss);
-    if stop() {
-        DIRECT_SAMPLES[1]
-    } else {
-        gloss.map_or(DIRECT_SAMPLES[0], |gloss| gloss.checks.max(DIRECT_SAMPLES[0]))
-    }
+pub fn samples_until(entries: &Entries, stop: Stop) -> u64 {
+    let gloss = entries.lines_of_sight.as_ref().and_then(|lines| lines.gloss);
+    if stop() { DIRECT_SAMPLES[1] } else { gloss.map_or(DIRECT_SAMPLES[0], |gloss| gloss.checks.max(DIRECT_SAMPLES[0])) }
 }
 
 /// Measures the error of direct light. For every chosen point it multiplies the deviations from two independent estimates. The mean of
@@ -132,12 +128,12 @@ pub fn measure_direct(
     around: &Surroundings,
     entries: &Entries,
     chosen: &[(usize, EntryLight)],
-    looks: u64,
+    samples: u64,
     seed: u64,
     map: u32,
 ) -> (MeasuredDifference, Vec<f64>) {
-    let exact = looks_are_exact(around.world) && !entries.are_means() && !entries.have_chance();
-    let looks = if exact { 1 } else { looks };
+    let exact = light_samples_are_exact(around.world) && !entries.are_means() && !entries.have_chance();
+    let samples = if exact { 1 } else { samples };
     let judged: Vec<(f64, u64)> = chosen
         .par_iter()
         .map(|(entry, light)| {
@@ -148,14 +144,14 @@ pub fn measure_direct(
             let mut rays = 0;
             let mut half_lx = |half: u64| {
                 let mut sum_lx = 0.0;
-                for look in 0..looks {
-                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * looks + look);
-                    stream.seek_quasi(index, 2 * *entry as u64 + half, look);
-                    let (lx, look_rays) = sample_direct(around, entries, *entry, &mut stream);
+                for sample in 0..samples {
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * samples + sample);
+                    stream.seek_quasi(index, 2 * *entry as u64 + half, sample);
+                    let (lx, sample_rays) = sample_direct(around, entries, *entry, &mut stream);
                     sum_lx += lx;
-                    rays += look_rays;
+                    rays += sample_rays;
                 }
-                sum_lx / looks as f64
+                sum_lx / samples as f64
             };
             let first_lx = half_lx(0);
             let second_lx = if exact { first_lx } else { half_lx(1) };
@@ -271,7 +267,7 @@ mod tests {
             area_m2: None,
             bounds_m: [glam::DVec3::ZERO; 2],
             normals: None,
-            sights: None,
+            lines_of_sight: None,
         }
     }
 

@@ -146,7 +146,7 @@ impl Surroundings<'_> {
 
     /// Whether walks sample images of ball and area luminaires. They then leave out these luminaires where they meet them by way of any
     /// mirror.
-    pub fn looks_for_areas(&self) -> bool {
+    pub fn samples_area_images(&self) -> bool {
         self.world.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_all && !mirrors.areas.is_empty())
     }
 }
@@ -205,17 +205,22 @@ impl<'a> LightMesh<'a> {
             return MeshLight { illuminance_lx: 0.0, set: SetKind::Open, disputed_lx: 0.0 };
         }
         let set = self.gather(receiver, room);
-        let Workroom { members, words: look, seen, counts, .. } = room;
+        let Workroom { members, words: visible, seen, counts, .. } = room;
         if members.is_empty() {
-            look.resize(words, 0);
+            visible.resize(words, 0);
             counts.places_without_set += 1;
             if self.lies_under_solid(receiver, counts) {
                 return MeshLight { illuminance_lx: 0.0, set: SetKind::Alone, disputed_lx: 0.0 };
             }
-            counts.fallback_rays +=
-                self.around.samples.look(self.around.world, self.sees, receiver.origin, receiver.point_m, look);
-            seen.any.clone_from(look);
-            seen.all.clone_from(look);
+            counts.fallback_rays += self.around.samples.test_visibility(
+                self.around.world,
+                self.sees,
+                receiver.origin,
+                receiver.point_m,
+                visible,
+            );
+            seen.any.clone_from(visible);
+            seen.all.clone_from(visible);
             seen.members = 1;
             let light = self.around.samples.illuminance_lx(self.around.world, receiver, seen);
             counts.fallback_rays += light.rays;
@@ -385,7 +390,7 @@ impl<'a> LightMesh<'a> {
         }
         words.resize(samples.words, 0);
         counts.visibility_rays +=
-            samples.look(world, self.sees, &world.tracer.free_origin(position_m), position_m, words);
+            samples.test_visibility(world, self.sees, &world.tracer.free_origin(position_m), position_m, words);
         for (word, bits) in leaf.words[place * samples.words..].iter().zip(words.iter()) {
             word.store(*bits, Ordering::Relaxed);
         }

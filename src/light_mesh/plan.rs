@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::entries::Entries;
 use super::indirect::IndirectMesh;
-use super::judge::{ONE_IN_SIXTY, choose, looks_until, measure_direct};
+use super::judge::{ONE_IN_SIXTY, choose, measure_direct, samples_until};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{
     Accelerations, DIRECT_PLACES, FIRST_CHECK_WALKS, IndirectForm, Options, RADIUS_PER_STEP, SHARE_OF_ALL,
@@ -108,7 +108,7 @@ pub struct MapPlan<'a> {
 impl MapPlan<'_> {
     /// Whether the mesh points for indirect light can use light-path connections to luminaires that stand close to surfaces. Points that
     /// store the light of planes can. Points that store light from all sides, or that leave mirrors to the receiver points, cannot.
-    pub fn looks_back(&self, around: &Surroundings, entries: &Entries) -> bool {
+    pub fn connects_to_packets(&self, around: &Surroundings, entries: &Entries) -> bool {
         let is_directional = match &self.indirect {
             IndirectPlan::Mesh(mesh) => mesh.gathering.form == IndirectForm::Directional,
             _ => true,
@@ -144,12 +144,12 @@ impl<'a> Planner<'a> {
             effort: Effort::default(),
             check_rays: 0,
         };
-        if entries.places() == 0 && !entries.draw_sights() || self.around.samples.is_empty() {
+        if entries.places() == 0 && !entries.draw_lines_of_sight() || self.around.samples.is_empty() {
             return plan;
         }
         let reflects = self.around.world.reflects();
-        if refines && self.by_places || entries.draw_sights() {
-            let why = if entries.draw_sights() { Why::Gloss } else { Why::Missed };
+        if refines && self.by_places || entries.draw_lines_of_sight() {
+            let why = if entries.draw_lines_of_sight() { Why::Gloss } else { Why::Missed };
             plan.direct = DirectPlan::Rays(why);
             plan.indirect = if reflects { IndirectPlan::Walks(why) } else { IndirectPlan::Nothing };
             return plan;
@@ -222,8 +222,9 @@ impl<'a> Planner<'a> {
             plan.effort += effort;
             let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
-            let looks = looks_until(entries, self.stop);
-            let (measured, _) = measure_direct(&self.around, entries, &pairs, looks, self.wishes.seed, PLANNING + map);
+            let samples = samples_until(entries, self.stop);
+            let (measured, _) =
+                measure_direct(&self.around, entries, &pairs, samples, self.wishes.seed, PLANNING + map);
             plan.check_rays += measured.rays;
             plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);
             let error = plan.direct_upper_lx / mean_lx.max(f64::MIN_POSITIVE);

@@ -137,7 +137,7 @@ impl<'a> Planner<'a> {
         let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
 
         if self.around.world.near_luminaires.is_some()
-            && (self.wishes.form == IndirectForm::Scalar || !plan.looks_back(&self.around, entries))
+            && (self.wishes.form == IndirectForm::Scalar || !plan.connects_to_packets(&self.around, entries))
         {
             plan.indirect = IndirectPlan::Walks(Why::NearLuminaires);
             return;

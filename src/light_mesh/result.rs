@@ -4,8 +4,8 @@ use super::classes::{CLASSES, Classes, kind, squares_lx2_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, choose, looks_until,
-    measure_direct,
+    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
+    choose, measure_direct, samples_until,
 };
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
@@ -60,7 +60,7 @@ impl Planner<'_> {
     pub fn trace(&self, entries: &Entries, map: u32, plan: &MapPlan) -> TracedMap {
         let seed = self.wishes.seed;
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
-        effort.sight_rays += entries.sights.as_ref().map_or(0, |sights| sights.rays);
+        effort.sight_rays += entries.lines_of_sight.as_ref().map_or(0, |lines| lines.rays);
         let mut compute = |direct: &DirectBy, indirect: &IndirectBy| {
             let (lights, more) = self.light_of_all(entries, direct, indirect, map);
             effort += more;
@@ -79,17 +79,17 @@ impl Planner<'_> {
         };
         let classes = Classes::of(&lights);
         let (mut direct_of_class, mut indirect_of_kind) = ([0.0; CLASSES], [0.0; CLASSES]);
-        if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() && !entries.draw_sights() {
+        if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() && !entries.draw_lines_of_sight() {
             let mut checked = chosen(DIRECT_PLACES);
             let (of_all, mut products) =
-                measure_direct(&self.around, entries, &checked, looks_until(entries, self.stop), seed, map);
+                measure_direct(&self.around, entries, &checked, samples_until(entries, self.stop), seed, map);
             measured = of_all;
             // Rare kinds of points contribute only to the errors of points of the same kind.
             let known: Vec<usize> = checked.iter().map(|(entry, _)| *entry).collect();
             let missing = classes.missing(&lights, &entries.weights, &known);
             let more: Vec<(usize, EntryLight)> = missing.into_iter().map(|entry| (entry, lights[entry])).collect();
             let (of_more, products_of_more) =
-                measure_direct(&self.around, entries, &more, looks_until(entries, self.stop), seed, map);
+                measure_direct(&self.around, entries, &more, samples_until(entries, self.stop), seed, map);
             measured.rays += of_more.rays;
             checked.extend(more);
             products.extend(products_of_more);
@@ -161,7 +161,8 @@ impl Planner<'_> {
         let (lights, effort) = light_of(&self.around, entries, &all, &direct, &indirect, seed, map);
         let chosen = choose(entries, DIRECT_PLACES, seed, map).into_iter().map(|entry| (entry, lights[entry]));
         let chosen: Vec<(usize, EntryLight)> = chosen.collect();
-        let (measured, _) = measure_direct(&self.around, entries, &chosen, looks_until(entries, self.stop), seed, map);
+        let (measured, _) =
+            measure_direct(&self.around, entries, &chosen, samples_until(entries, self.stop), seed, map);
         let of_all = |_: &EntryLight| measured.direct.mean.max(measured.direct.standard_error);
         let (map, upper_error) = self.map_of(entries, &lights, &measured, of_all, true);
         let map = MapResult { method: "points".to_owned(), ..map };

@@ -116,7 +116,7 @@ impl Samples {
     }
 
     /// Tests the visibility of every sample point from one position and writes the words. Returns the number of rays.
-    pub fn look(&self, world: &World, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
+    pub fn test_visibility(&self, world: &World, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
         words.fill(0);
         for (emitter, group) in world.emitters.list().iter().zip(&self.groups) {
             for number in 0..group.count as usize {
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_looks_for_itself_needs_no_counts() {
+    fn a_place_with_samples_of_its_own_needs_no_counts() {
         let seen = SeenSamples { any: vec![0b11], all: vec![0b11], planes: Vec::new(), members: 1, digits: 0 };
         assert_eq!(seen.count_of(0, seen.any[0] & !seen.all[0]), 0);
     }

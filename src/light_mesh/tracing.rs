@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::anew::{sample_direct, walks_of_entry_lx};
 use super::entries::Entries;
-use super::exact::{look_at_all, looks_are_exact};
+use super::exact::{light_samples_are_exact, sample_all_emitters};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
 use super::mesh::{Counts, LightMesh, SetKind, Surroundings, Workroom};
 use super::samples::Samples;
@@ -127,7 +127,7 @@ pub fn light_of(
                     light.direct = halves_lx;
                     exact_rays += rays;
                 }
-                if entries.draw_sights() {
+                if entries.draw_lines_of_sight() {
                     if let IndirectBy::Walks(walks) = indirect {
                         let (halves_lx, rays) =
                             walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
@@ -139,7 +139,7 @@ pub fn light_of(
                 light.direct = light.direct.map(|lx| lx + entries.own_light_cd_m2(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
-                    spot.ask(around.world, |receiver| {
+                    spot.with_receiver(around.world, |receiver| {
                         match direct {
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
@@ -198,20 +198,21 @@ fn by_rays(
     map: u32,
 ) -> ([f64; 2], u64) {
     let mut rays = 0;
-    let one_half = looks_are_exact(around.world) && !entries.are_means() && !entries.draw_sights();
+    let one_half = light_samples_are_exact(around.world) && !entries.are_means() && !entries.draw_lines_of_sight();
     let mut half_lx = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
         for pass in first..first + passes {
             stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
-            if entries.draw_sights() {
+            if entries.draw_lines_of_sight() {
                 let (lx, pass_rays) = sample_direct(around, entries, entry, &mut stream);
                 sum_lx += lx;
                 rays += pass_rays;
                 continue;
             }
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
-                let (lx, pass_rays) = spot.ask(around.world, |receiver| look_at_all(around.world, receiver, stream));
+                let (lx, pass_rays) =
+                    spot.with_receiver(around.world, |receiver| sample_all_emitters(around.world, receiver, stream));
                 sum_lx += weight * lx;
                 rays += pass_rays;
             });

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::mesh::Surroundings;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
-use crate::estimators::images::{look_for_areas, look_into_mirrors};
+use crate::estimators::images::{look_into_mirrors, sample_area_images};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::MANY_MIRRORS;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx, walk_arriving_lx};
@@ -27,14 +27,14 @@ const FROM_PLACES: u32 = u32::MAX - 2;
 const IMAGES: u32 = u32::MAX - 4;
 
 /// Returns the light in lx that images in flat mirrors bring to a receiver point, and the number of rays.
-fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+fn sample_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let world = around.world;
     let Some(mirrors) = &world.mirrors else {
         return (0.0, 0);
     };
     let (points_lx, point_rays) = look_into_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
-    let (areas_lx, area_rays) = match around.looks_for_areas() {
-        true => look_for_areas(world, mirrors, receiver, stream),
+    let (areas_lx, area_rays) = match around.samples_area_images() {
+        true => sample_area_images(world, mirrors, receiver, stream),
         false => (0.0, 0),
     };
     (points_lx + areas_lx, point_rays + area_rays)
@@ -47,11 +47,11 @@ pub fn sample_at_place_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if !around.looks_for_areas() {
+    if !around.samples_area_images() {
         return sample_indirect_lx(around.world, receiver, cut, stream);
     }
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (images_lx, image_rays) = look_at_images(around, receiver, cut, stream);
+    let (images_lx, image_rays) = sample_images(around, receiver, cut, stream);
     let (arriving_lx, rays) = sample_along_lx(around, *receiver.origin, direction, cut, stream);
     (images_lx + arriving_lx, image_rays + rays)
 }
@@ -66,7 +66,7 @@ pub fn sample_along_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let world = around.world;
-    if !around.looks_for_areas() {
+    if !around.samples_area_images() {
         return sample_arriving_lx(world, origin, direction, cut, stream);
     }
     let (mut origin, mut direction) = (origin, direction);
@@ -133,7 +133,7 @@ impl Cache for Halt<'_> {
         let receiver = &met.receiver;
         self.at =
             Some(DiffuseVertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
-        let (images_lx, rays) = look_at_images(self.around, receiver, cut, stream);
+        let (images_lx, rays) = sample_images(self.around, receiver, cut, stream);
         (CacheAnswer::End(images_lx), rays)
     }
 }
@@ -144,7 +144,7 @@ pub fn images_at_place_lx(
     around: &Surroundings,
     receiver: &Receiver,
     place_number: u64,
-    looks: u32,
+    samples: u32,
     seed: u64,
     cut: &mut Cut,
 ) -> ([f64; HALVES], u64) {
@@ -154,11 +154,11 @@ pub fn images_at_place_lx(
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
     for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
         let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
-        for look in 0..looks {
-            stream.seek_quasi((place_number << 32) | u64::from(look), place_number, u64::from(look));
-            let (lx, look_rays) = look_at_images(around, receiver, cut, &mut stream);
-            *sum_lx += lx / f64::from(looks);
-            rays += look_rays;
+        for sample in 0..samples {
+            stream.seek_quasi((place_number << 32) | u64::from(sample), place_number, u64::from(sample));
+            let (lx, sample_rays) = sample_images(around, receiver, cut, &mut stream);
+            *sum_lx += lx / f64::from(samples);
+            rays += sample_rays;
         }
     }
     (sum_lx, rays)

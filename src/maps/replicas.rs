@@ -50,14 +50,14 @@ pub struct Tally {
     /// Samples that every entry has.
     pub complete: u64,
     /// Entries with a smaller number than this have one sample more.
-    pub ahead: usize,
+    pub partial: usize,
 }
 
 impl Tally {
     /// Returns the number of samples of one entry.
     #[inline]
     pub fn of(self, entry: usize) -> u64 {
-        self.complete + u64::from(entry < self.ahead)
+        self.complete + u64::from(entry < self.partial)
     }
 
     pub(super) fn inverse(self, entry: usize) -> f64 {

@@ -407,7 +407,7 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 fn may_miss_near_luminaires(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
     let touches = around.world.near_luminaires.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
-    touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
+    touches && (around.samples_area_images() || by_mesh && !plan.connects_to_packets(around, entries))
 }
 
 #[cfg(test)]

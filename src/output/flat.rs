@@ -60,8 +60,8 @@ impl Plane {
         let first_m = corners_m.first().copied().unwrap_or(DVec3::ZERO);
         if normal.z.abs() > 1.0 - ALONG_AXIS {
             let axes = ["x", "y"].map(|name| PlaneAxis { label: format!("{name} / m"), sign: 1.0, offset_m: 0.0 });
-            let looks = if normal.z > 0.0 { say!("upward") } else { say!("downward") };
-            let view = say!("horizontal, facing {}, z = {} m; seen from above", looks, trim(first_m.z));
+            let facing = if normal.z > 0.0 { say!("upward") } else { say!("downward") };
+            let view = say!("horizontal, facing {}, z = {} m; seen from above", facing, trim(first_m.z));
             return Plane { right: DVec3::X, up: DVec3::Y, axes, view };
         }
         let right = DVec3::Z.cross(normal).normalize();

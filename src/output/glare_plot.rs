@@ -58,7 +58,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
             picture.words(Words::new(text, [x, y + 4.0], TYPE).bold().anchored(anchor).rimmed(2.0));
         }
     }
-    plan.draw_sights(&mut picture, observer.eye_m, &[observer.view]);
+    plan.draw_lines_of_sight(&mut picture, observer.eye_m, &[observer.view]);
     plan.label(&mut picture, &mut Labels::default(), &[plan.spot(observer.eye_m)], set.name.clone());
     picture
 }

@@ -235,7 +235,7 @@ impl<'a> Plan<'a> {
                     self.draw_points(picture, labels, set)
                 }
                 ReceiverLayout::Towards { eye_m } => {
-                    self.draw_sights(picture, eye_m, &[]);
+                    self.draw_lines_of_sight(picture, eye_m, &[]);
                     self.label(picture, labels, &[self.spot(eye_m)], set.name.clone());
                 }
                 // Light that leaves the scene is not received at a place in it.
@@ -253,11 +253,11 @@ impl<'a> Plan<'a> {
         let eyes_m = match &set.observers[..] {
             [] => {
                 let views = [0, last / 2, last].map(|index| set.points[index].normal);
-                self.draw_sights(picture, first.position_m, &views);
+                self.draw_lines_of_sight(picture, first.position_m, &views);
                 vec![first.position_m]
             }
             [observer] => {
-                self.draw_sights(picture, observer.eye_m, &[observer.view]);
+                self.draw_lines_of_sight(picture, observer.eye_m, &[observer.view]);
                 vec![observer.eye_m]
             }
             observers => {
@@ -272,7 +272,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Draws an eye with lines of sight.
-    pub fn draw_sights(&self, picture: &mut Picture, eye_m: DVec3, views: &[DVec3]) {
+    pub fn draw_lines_of_sight(&self, picture: &mut Picture, eye_m: DVec3, views: &[DVec3]) {
         const SIGHT: f64 = 26.0;
         let eye = self.spot(eye_m);
         for direction in views {

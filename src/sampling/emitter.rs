@@ -32,7 +32,7 @@ use crate::scene::{Emission, Luminaire, Scene, Side};
 
 use ball::BallLight;
 use light::Light;
-pub use list::{Emitters, PointEmitters, PointLook};
+pub use list::{Emitters, PointEmitters, PointSample};
 use point::PointLight;
 pub use reach::Reach;
 use ring::RingLight;
@@ -299,7 +299,7 @@ impl Emitter {
     }
 
     /// Returns the intensity in cd that a point drawn by [`Emitter::draw_point`] represents. The mean over all points is `intensity_cd`. A
-    /// point of a solid opening emits only to the directions that its face looks to.
+    /// point of a solid opening emits only to the directions that its face points to.
     pub fn intensity_from_cd(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
         let share = of_light!(&self.shape, light => light.share_from(point, direction));
         if share > 0.0 { share * self.intensity_cd(direction) } else { 0.0 }

@@ -212,9 +212,9 @@ impl EmitterTree {
         };
         let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
         let all = open.iter().map(|top| top.importance).sum::<f64>();
-        let (mut rest, mut looked_into, mut in_vain) = (all, 0, 0);
+        let (mut rest, mut opened, mut in_vain) = (all, 0, 0);
         while let Some(mut strongest) = open.pop() {
-            (looked_into, in_vain) = (looked_into + 1, in_vain + 1);
+            (opened, in_vain) = (opened + 1, in_vain + 1);
             if in_vain > MOST_IN_VAIN {
                 break;
             }
@@ -249,7 +249,7 @@ impl EmitterTree {
                 }
             }
         }
-        looked_into
+        opened
     }
 
     /// Prepares `cut` for any number of choices at a point with a unit normal. It lists the groups that are far enough to be treated as one
@@ -383,16 +383,16 @@ mod tests {
         let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
         let search = |z: f64, normal: DVec3| {
             let mut shown = 0;
-            let looked_into = tree.strongest_first(DVec3::new(150.3, 150.4, z), normal, |_, _, _| {
+            let opened = tree.strongest_first(DVec3::new(150.3, 150.4, z), normal, |_, _, _| {
                 shown += 1;
                 shown < 32
             });
-            (shown, looked_into)
+            (shown, opened)
         };
-        let (shown, looked_into) = search(6.0, -DVec3::Z);
-        assert!(shown == 0 && looked_into <= MOST_IN_VAIN + 1, "{shown} {looked_into}");
-        let (shown, looked_into) = search(0.0, DVec3::Z);
-        assert!(shown == 32 && looked_into < MOST_IN_VAIN, "{shown} {looked_into}");
+        let (shown, opened) = search(6.0, -DVec3::Z);
+        assert!(shown == 0 && opened <= MOST_IN_VAIN + 1, "{shown} {opened}");
+        let (shown, opened) = search(0.0, DVec3::Z);
+        assert!(shown == 32 && opened < MOST_IN_VAIN, "{shown} {opened}");
     }
 
     fn choices_follow_their_probabilities(count: i32) {

@@ -95,7 +95,7 @@ mod tests {
     use crate::base::quadrature::GOLDEN;
 
     /// A skewed distribution: one bin has ten times as much as all others together.
-    fn lopsided() -> [f64; BINS] {
+    fn skewed() -> [f64; BINS] {
         std::array::from_fn(|bin| if bin == 19 { 10.0 } else { 1.0 / 63.0 })
     }
 
@@ -103,7 +103,7 @@ mod tests {
     fn warped_samples_fill_the_square_in_proportion_and_weigh_it_evenly() {
         // 2¹⁸ points of a golden lattice. The weights in every bin sum to 1/64 of all, and the bin of high worth gets its share of the
         // samples.
-        let density = Density::of(&lopsided()).expect("worth something");
+        let density = Density::of(&skewed()).expect("worth something");
         const STEPS: usize = 512;
         let (mut weights, mut counts) = ([0.0; BINS], [0usize; BINS]);
         for step in 0..STEPS * STEPS {
@@ -123,8 +123,8 @@ mod tests {
 
     #[test]
     fn weights_stay_below_one_over_the_even_share_and_moments_are_those_of_samples() {
-        let density = Density::of(&lopsided()).expect("worth something");
-        let squares: [f64; BINS] = std::array::from_fn(|bin| lopsided()[bin].powi(2));
+        let density = Density::of(&skewed()).expect("worth something");
+        let squares: [f64; BINS] = std::array::from_fn(|bin| skewed()[bin].powi(2));
         let mut sum = 0.0;
         const STEPS: usize = 1024;
         for step in 0..STEPS * STEPS {

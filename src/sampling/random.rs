@@ -153,7 +153,7 @@ impl Stream {
 
     /// Returns the next two numbers of a quasi-random stream without drawing them; ½ for each where none are left.
     #[inline]
-    pub fn ahead(&self) -> [f64; 2] {
+    pub fn next_pair(&self) -> [f64; 2] {
         let mut point = self.quasi;
         std::array::from_fn(|_| {
             let next = point.as_mut().and_then(QuasiPoint::next_coordinate);

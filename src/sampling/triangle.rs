@@ -169,7 +169,7 @@ pub struct RisenTriangle {
 
 /// The part of a triangle that the horizon leaves.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "walks make it at every look, and allocate nothing")]
+#[expect(clippy::large_enum_variant, reason = "walks make it at every light sample, and allocate nothing")]
 enum AboveHorizon {
     Whole(SeenTriangle),
     /// One or two triangles, and the plane of the whole triangle.

@@ -137,7 +137,7 @@ mod tests {
     }
 
     /// A skewed distribution: uneven steps, dark zones, a dark plane and an asymmetric lobe.
-    fn lopsided() -> IntensityWeb {
+    fn skewed() -> IntensityWeb {
         let c = vec![0.0, 30.0, 100.0, 180.0, 250.0, 360.0];
         let gamma = vec![0.0, 10.0, 45.0, 90.0, 120.0, 180.0];
         let rows = [
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn draws_follow_the_distribution_and_a_fault_of_two_percent_is_rejected() {
-        let web = lopsided();
+        let web = skewed();
         let right = p_of_draws(&WebSampler::new(&web), &web);
         assert!(right > ALPHA, "p = {right}");
         let wrong = p_of_draws(&WebSampler::new(&with_fault(&web, 0.02)), &web);
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn density_integrates_to_one_and_total_is_the_flux() {
-        for web in [lopsided(), floodlight()] {
+        for web in [skewed(), floodlight()] {
             let sampler = WebSampler::new(&web);
             assert!((sampler.flux_lm() / web.luminous_flux_lm() - 1.0).abs() < 1e-14);
             let bins = (0..BINS[0] * BINS[1]).map(|bin| bin_mass(&web, bin / BINS[1], bin % BINS[1]));
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn edge_variates_give_unit_directions_within_the_table() {
         let last = 1.0 - (-53_f64).exp2();
-        for web in [lopsided(), floodlight()] {
+        for web in [skewed(), floodlight()] {
             let sampler = WebSampler::new(&web);
             for u in [0.0, 1e-300, 0.5, last] {
                 for v in [0.0, 1e-300, 0.5, last] {

@@ -1,6 +1,6 @@
 //! glTF 2.0 and GLB: triangles of all nodes of a scene, in parts by material.
 //!
-//! Metres become the scene's unit. The upward y axis of glTF becomes the scene's upward z axis. The reader ignores how materials look:
+//! Metres become the scene's unit. The upward y axis of glTF becomes the scene's upward z axis. The reader ignores the appearance of materials:
 //! the scene file gives their reflection.
 
 use std::borrow::Cow;
@@ -368,7 +368,7 @@ fn matrix_of(transform: Transform) -> DMat4 {
     }
 }
 
-/// The look of a material. It is meant for the eye and says little about the reflection of light.
+/// The appearance of a material. It is meant for the eye and says little about the reflection of light.
 pub(super) struct Appearance {
     /// Linear red, green and blue. They multiply a texture if there is one.
     pub base_color: [f64; 3],
@@ -388,7 +388,7 @@ pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<Document, SceneEr
     document(path, described(path, &json)?)
 }
 
-/// Looks of all materials, by the names of the parts that have them.
+/// Appearances of all materials, by the names of the parts that have them.
 pub(super) fn appearances(document: &Document) -> HashMap<String, Appearance> {
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();
@@ -402,14 +402,14 @@ pub(super) fn appearances(document: &Document) -> HashMap<String, Appearance> {
         };
         let [red, green, blue, alpha] = color.map(f64::from);
         let lets_through = material.transmission().is_some_and(|transmission| transmission.transmission_factor() > 0.0);
-        let looks = Appearance {
+        let appearance = Appearance {
             base_color: [red, green, blue],
             is_metal,
             has_texture,
             is_transparent: lets_through || alpha < 1.0 || material.alpha_mode() == gltf::material::AlphaMode::Blend,
             is_emissive: material.emissive_factor().iter().any(|part| *part > 0.0),
         };
-        Some((material_name(&material)?, looks))
+        Some((material_name(&material)?, appearance))
     };
     document.materials().filter_map(appearance).collect()
 }

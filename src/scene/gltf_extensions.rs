@@ -11,7 +11,7 @@ use super::error::SceneError;
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 /// Extensions that are read. For each of them the reader takes all that concerns light.
 const READ: [&str; 3] = [QUANTIZATION, "KHR_materials_pbrSpecularGlossiness", "KHR_materials_transmission"];
-/// Prefixes of extensions for the look of surfaces: shaders, materials, textures and how these are stored.
+/// Prefixes of extensions for the appearance of surfaces: shaders, materials, textures and how these are stored.
 const APPEARANCE: [&str; 8] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -83,7 +83,7 @@ pub(super) fn passed_over(document: &gltf::Document) -> impl Iterator<Item = &st
     document.extensions_used().filter(|name| has_a_part(name))
 }
 
-/// The other extensions in use that are not read, or not completely: they describe looks, or are notes.
+/// The other extensions in use that are not read, or not completely: they describe appearance, or are notes.
 pub(super) fn not_needed(document: &gltf::Document) -> impl Iterator<Item = &str> {
     document.extensions_used().filter(|name| !has_a_part(name) && !READ.contains(name))
 }

@@ -87,7 +87,7 @@ fn transforms_of_nodes_follow_each_other_and_mirrored_fronts_stay_fronts() {
     assert_eq!(shape.parts[0].triangles.len(), 4);
     for triangle in &shape.parts[0].triangles {
         let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
-        assert!((b - a).cross(c - a).z > 0.0, "a front looks down");
+        assert!((b - a).cross(c - a).z > 0.0, "a front faces down");
     }
 }
 
@@ -279,7 +279,7 @@ fn what_is_passed_over_and_matters_is_said() {
 }
 
 #[test]
-fn extensions_of_looks_that_a_file_needs_keep_nothing_from_being_read() {
+fn extensions_of_appearance_that_a_file_needs_keep_nothing_from_being_read() {
     let (mut json, bytes) = square();
     for name in ["KHR_materials_specular", "KHR_texture_basisu", "EXT_texture_webp", "KHR_lights_punctual", "KHR_xmp"] {
         json["extensionsRequired"] = json!([name]);

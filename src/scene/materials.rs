@@ -302,12 +302,12 @@ pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
             let what = "a material without a name".into();
             return Err(fields.refuse_key(&entry, what, "a name".into(), "give it a name".into()));
         }
-        materials.push(Material { name: entry.name.to_string(), bsdf: read_law(&entry.value)? });
+        materials.push(Material { name: entry.name.to_string(), bsdf: read_bsdf(&entry.value)? });
     }
     Ok(materials)
 }
 
-fn read_law(node: &Node) -> Result<BsdfParameters, SceneError> {
+fn read_bsdf(node: &Node) -> Result<BsdfParameters, SceneError> {
     let fields = node.fields("a material")?;
     let kind = fields.need("type", "\"diffuse\"")?.choice(&TYPES)?;
     let what = format!("a {} material", TYPES[kind]);

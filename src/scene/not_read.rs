@@ -8,7 +8,7 @@ use ply_rs_bw::ply::DefaultElement;
 
 use super::{gltf_extensions, obj, ply, stl};
 
-/// Lists cameras, textures, attributes of vertices besides positions, and extensions that describe looks or are notes.
+/// Lists cameras, textures, attributes of vertices besides positions, and extensions that describe appearance or are notes.
 pub(super) fn of_gltf(document: &Document) -> Vec<String> {
     let mut attributes = BTreeSet::new();
     for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
@@ -21,7 +21,7 @@ pub(super) fn of_gltf(document: &Document) -> Vec<String> {
     counted.chain(attributes.into_iter().map(|name| format!("{name} of vertices"))).chain(extensions).collect()
 }
 
-/// Lists the statements of an OBJ file about looks and names, and its files of materials.
+/// Lists the statements of an OBJ file about appearance and names, and its files of materials.
 pub(super) fn of_obj(text: &str) -> Vec<String> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let mut files = BTreeSet::new();

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: vertices and polygons, in parts by `usemtl`.
 //!
-//! The reader ignores what concerns only looks (`vt`, `vn`, `mtllib`, smoothing, groups). The order of the corners gives the front of a
+//! The reader ignores what concerns only appearance (`vt`, `vn`, `mtllib`, smoothing, groups). The order of the corners gives the front of a
 //! face. The scene file gives its material.
 
 use std::ops::Range;

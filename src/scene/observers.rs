@@ -57,7 +57,7 @@ pub(super) fn read(
         return Ok(None);
     }
     let position_m = unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
-    let looking = |directions: Vec<DVec3>| {
+    let facing = |directions: Vec<DVec3>| {
         let point = |normal: DVec3| ReceiverPoint { position_m, normal, weight: 1.0, inside: false };
         directions.into_iter().map(point).collect()
     };
@@ -65,7 +65,7 @@ pub(super) fn read(
         let view = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
         // If the background is that of walls, the points move there once the walls are known.
         let quantity = Quantity::Glare(read_background(fields)?);
-        return Ok(Some((quantity, ReceiverLayout::Points, looking(vec![view]))));
+        return Ok(Some((quantity, ReceiverLayout::Points, facing(vec![view]))));
     }
     let given: Vec<&str> =
         ["directions", "fan", "view", "surface"].into_iter().filter(|key| fields.get(key).is_some()).collect();
@@ -86,7 +86,7 @@ pub(super) fn read(
             ));
         }
     };
-    Ok(Some((Quantity::Luminance, layout, looking(directions))))
+    Ok(Some((Quantity::Luminance, layout, facing(directions))))
 }
 
 fn read_background(fields: &Fields) -> Result<Background, SceneError> {
@@ -97,7 +97,7 @@ fn read_background(fields: &Fields) -> Result<Background, SceneError> {
 }
 
 /// Makes observers at some points, each looking in all directions of a grid of observers, point by point. `most` limits their number.
-pub(super) fn look_around(
+pub(super) fn views_around(
     fields: &Fields,
     places: &[ReceiverPoint],
     most: u64,
@@ -110,8 +110,8 @@ pub(super) fn look_around(
     if count > most {
         return Err(refuse_too_many(fields.node(), count));
     }
-    let looking = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..*place };
-    let points = places.iter().flat_map(|place| views.iter().map(move |view| looking(place, *view))).collect();
+    let facing = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..*place };
+    let points = places.iter().flat_map(|place| views.iter().map(move |view| facing(place, *view))).collect();
     Ok((read_background(fields)?, points))
 }
 

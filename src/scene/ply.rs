@@ -206,7 +206,7 @@ mod tests {
             assert_eq!(shape.parts[0].triangles.len(), 2);
             for triangle in &shape.parts[0].triangles {
                 let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
-                assert!((b - a).cross(c - a).z > 0.0, "a front looks down");
+                assert!((b - a).cross(c - a).z > 0.0, "a front faces down");
             }
         }
     }

@@ -67,7 +67,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
     let (mut warnings, mut reader_warnings) = (Vec::new(), Vec::new());
     let mut file = MeshFile::open(model)?;
     let shape = file.shape(LengthUnit::of(0), &mut reader_warnings)?;
-    let (looks, not_read) = match &file.content {
+    let (appearances, not_read) = match &file.content {
         MeshContent::Gltf(bytes) => {
             let document = gltf::description(model, bytes)?;
             (gltf::appearances(&document), not_read::of_gltf(&document))
@@ -90,7 +90,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
             None if is_one => "surface".to_owned(),
             None => UNNAMED_PART.to_owned(),
         };
-        let (bsdf, known) = proposed(looks.get(&name), ending);
+        let (bsdf, known) = proposed(appearances.get(&name), ending);
         bsdfs.insert(name.clone(), bsdf.clone());
         by_part.insert(name.clone(), json!(name));
         materials.push(ProposedMaterial { name, surfaces: part.triangles.len(), bsdf, known });
@@ -108,10 +108,10 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneErr
     Ok(Proposal { materials, bsdfs, geometry, warnings, reader_warnings, bounds_m, ..Proposal::default() })
 }
 
-/// Estimates the reflection of a material from its look. Returns the material for the scene file, and what is known about it.
-fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
+/// Estimates the reflection of a material from its appearance. Returns the material for the scene file, and what is known about it.
+fn proposed(appearance: Option<&Appearance>, ending: &str) -> (Value, String) {
     let diffuse = |reflectance: f64| json!({ "type": "diffuse", "reflectance": reflectance });
-    let Some(looks) = looks else {
+    let Some(appearance) = appearance else {
         let why = match ending {
             "gltf" | "glb" => "the model does not describe it",
             "stl" | "ply" => "this file format does not describe materials",
@@ -120,11 +120,11 @@ fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
         return (diffuse(UNKNOWN_REFLECTANCE), format!("not known: {why}"));
     };
     // Weights of Rec. 709, whose colours glTF uses.
-    let [red, green, blue] = looks.base_color;
+    let [red, green, blue] = appearance.base_color;
     let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-    let expected = if looks.has_texture { UNKNOWN_REFLECTANCE * luminance } else { luminance };
+    let expected = if appearance.has_texture { UNKNOWN_REFLECTANCE * luminance } else { luminance };
     let reflectance = (1e3 * expected.clamp(0.0, WHITEST)).round() / 1e3;
-    let mut known = vec![match looks.has_texture {
+    let mut known = vec![match appearance.has_texture {
         true => format!(
             "not known: its texture is not read; {UNKNOWN_REFLECTANCE} is assumed for it (base colour: {luminance:.3})"
         ),
@@ -136,9 +136,9 @@ fn proposed(looks: Option<&Appearance>, ending: &str) -> (Value, String) {
         }
     };
     note(expected > WHITEST, "whiter than any paint, so a lower value is used");
-    note(looks.is_metal, "a metal: perhaps phong or mirror");
-    note(looks.is_transparent, "transparent: perhaps glass or translucent");
-    note(looks.is_emissive, "emits light in the model: make it an area luminaire");
+    note(appearance.is_metal, "a metal: perhaps phong or mirror");
+    note(appearance.is_transparent, "transparent: perhaps glass or translucent");
+    note(appearance.is_emissive, "emits light in the model: make it an area luminaire");
     (diffuse(reflectance), known.join("; "))
 }
 

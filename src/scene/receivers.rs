@@ -104,7 +104,7 @@ fn read_one(node: &Node, around: &ReceiverContext, names: &mut Names, most: u64)
             }
             false => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, OBSERVING].concat())?,
         };
-        let (background, points) = observers::look_around(&fields, &places, most)?;
+        let (background, points) = observers::views_around(&fields, &places, most)?;
         let observers = observers::observers_at(&points);
         let quantity = Quantity::Glare(background);
         let requirements = requirements::read(&fields, quantity)?;

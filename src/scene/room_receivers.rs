@@ -69,8 +69,8 @@ pub(super) fn read(
         entry.of(Area::Ceiling),
     )?;
     let (_, places) = grid(&[field], PointSpacing::Distance(OBSERVERS_APART_M), eye_m);
-    let (background, looks) = observers::look_around(fields, &places, most)?;
-    made.push("observers", Quantity::Glare(background), (ReceiverLayout::Points, looks), entry.of_observers())?;
+    let (background, points) = observers::views_around(fields, &places, most)?;
+    made.push("observers", Quantity::Glare(background), (ReceiverLayout::Points, points), entry.of_observers())?;
     Ok(Some(made.sets))
 }
 

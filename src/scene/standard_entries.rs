@@ -45,7 +45,7 @@ const BRIGHT: SpaceLimits = SpaceLimits { walls_lx: 75.0, ceiling_lx: 50.0, ..PL
 const TALK: SpaceLimits = SpaceLimits { cylindrical_lx: 150.0, ..BRIGHT };
 
 /// Limits of an entry of 2021 in lx: the modified average, and the averages of cylinders, walls and the ceiling.
-const fn asks(modified_lx: f64, cylindrical_lx: f64, walls_lx: f64, ceiling_lx: f64) -> SpaceLimits {
+const fn space_limits(modified_lx: f64, cylindrical_lx: f64, walls_lx: f64, ceiling_lx: f64) -> SpaceLimits {
     SpaceLimits { modified_lx: Some(modified_lx), cylindrical_lx, walls_lx, ceiling_lx }
 }
 
@@ -222,35 +222,35 @@ pub(super) const ENTRIES: &[StandardEntry] = &[
     entry!("5.48.1", 500.0, 19.0, 0.6, 90.0, BRIGHT, "health care: dentists, general lighting"),
     entry!("5.49.1", 500.0, 19.0, 0.6, 80.0, BRIGHT, "health care: laboratories and pharmacies"),
     // The edition of 2021, with the average for greater need of light (modified), and those of cylinders, walls and the ceiling.
-    entry!("9.1", 100.0, 28.0, 0.4, 40.0, asks(150.0, 50.0, 50.0, 30.0), "circulation areas and corridors"),
-    entry!("9.2", 100.0, 25.0, 0.4, 40.0, asks(150.0, 50.0, 50.0, 30.0), "stairs, escalators"),
-    entry!("10.1", 200.0, 22.0, 0.4, 80.0, asks(300.0, 75.0, 75.0, 50.0), "canteens, pantries"),
-    entry!("10.4", 200.0, 25.0, 0.4, 80.0, asks(300.0, 75.0, 75.0, 50.0), "cloakrooms, washrooms, toilets"),
-    entry!("34.1", 300.0, 19.0, 0.4, 80.0, asks(500.0, 100.0, 100.0, 75.0), "offices: filing, copying"),
+    entry!("9.1", 100.0, 28.0, 0.4, 40.0, space_limits(150.0, 50.0, 50.0, 30.0), "circulation areas and corridors"),
+    entry!("9.2", 100.0, 25.0, 0.4, 40.0, space_limits(150.0, 50.0, 50.0, 30.0), "stairs, escalators"),
+    entry!("10.1", 200.0, 22.0, 0.4, 80.0, space_limits(300.0, 75.0, 75.0, 50.0), "canteens, pantries"),
+    entry!("10.4", 200.0, 25.0, 0.4, 80.0, space_limits(300.0, 75.0, 75.0, 50.0), "cloakrooms, washrooms, toilets"),
+    entry!("34.1", 300.0, 19.0, 0.4, 80.0, space_limits(500.0, 100.0, 100.0, 75.0), "offices: filing, copying"),
     entry!(
         "34.2",
         500.0,
         19.0,
         0.6,
         80.0,
-        asks(1000.0, 150.0, 150.0, 100.0),
+        space_limits(1000.0, 150.0, 150.0, 100.0),
         "offices: writing, typing, reading, data processing"
     ),
-    entry!("34.3", 750.0, 16.0, 0.7, 80.0, asks(1500.0, 150.0, 150.0, 100.0), "offices: technical drawing"),
-    entry!("34.4", 500.0, 19.0, 0.6, 80.0, asks(1000.0, 150.0, 150.0, 100.0), "offices: CAD work stations"),
+    entry!("34.3", 750.0, 16.0, 0.7, 80.0, space_limits(1500.0, 150.0, 150.0, 100.0), "offices: technical drawing"),
+    entry!("34.4", 500.0, 19.0, 0.6, 80.0, space_limits(1000.0, 150.0, 150.0, 100.0), "offices: CAD work stations"),
     entry!(
         "34.5.1",
         500.0,
         19.0,
         0.6,
         80.0,
-        asks(1000.0, 150.0, 150.0, 100.0),
+        space_limits(1000.0, 150.0, 150.0, 100.0),
         "offices: conference and meeting rooms"
     ),
-    entry!("34.5.2", 500.0, 19.0, 0.6, 80.0, asks(1000.0, 150.0, 150.0, 100.0), "offices: conference tables"),
-    entry!("34.6", 300.0, 22.0, 0.6, 80.0, asks(750.0, 100.0, 100.0, 75.0), "offices: reception desk"),
-    entry!("34.7", 200.0, 25.0, 0.4, 80.0, asks(300.0, 75.0, 75.0, 50.0), "offices: archives"),
-    entry!("44.1", 500.0, 19.0, 0.6, 80.0, asks(1000.0, 150.0, 150.0, 100.0), "education: classrooms"),
+    entry!("34.5.2", 500.0, 19.0, 0.6, 80.0, space_limits(1000.0, 150.0, 150.0, 100.0), "offices: conference tables"),
+    entry!("34.6", 300.0, 22.0, 0.6, 80.0, space_limits(750.0, 100.0, 100.0, 75.0), "offices: reception desk"),
+    entry!("34.7", 200.0, 25.0, 0.4, 80.0, space_limits(300.0, 75.0, 75.0, 50.0), "offices: archives"),
+    entry!("44.1", 500.0, 19.0, 0.6, 80.0, space_limits(1000.0, 150.0, 150.0, 100.0), "education: classrooms"),
     sports!("I", 750.0, 0.7),
     sports!("II", 500.0, 0.7),
     sports!("III", 200.0, 0.5),

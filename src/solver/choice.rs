@@ -146,8 +146,8 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
         if job.kind != MapKind::Elements {
             return points_gather(job, work, without.min(of_local));
         }
-        let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
-        work < without && looks || work < without.min(of_local)
+        let is_cheap = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
+        work < without && is_cheap || work < without.min(of_local)
     };
     if gathering.is_ok_and(gathers) {
         job.connecting.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK | UNSURE)));

@@ -23,7 +23,7 @@ pub struct Context<'a> {
     pub adapt_to: Option<f64>,
     /// The time that it has left.
     pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
-    /// How much work it does between two looks at the clock.
+    /// How much work it does between two readings of the clock.
     pub pace: Pace,
 }
 

@@ -33,7 +33,7 @@ use super::ends::Ends;
 use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
-use super::passes::{self, Deposits};
+use super::passes::{self, ScoredArrivals};
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use crate::estimators::control_variate::ControlVariates;
@@ -367,7 +367,7 @@ impl Job {
         let rays_per_sample = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
         let until = goal.min(done + (context.pace.rays_per_slice() / rays_per_sample).ceil() as u64);
         match self.kind {
-            MapKind::Elements => self.chains_until(context, until, Deposits::IndirectOnly),
+            MapKind::Elements => self.chains_until(context, until, ScoredArrivals::IndirectOnly),
             MapKind::Receivers(set) if self.connecting.plan.is_some() => {
                 if let Some(plan) = &self.connecting.plan
                     && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
@@ -443,18 +443,18 @@ fn slice_of_passes(
 ) -> (Range<usize>, Range<u64>) {
     let most_rays = context.pace.rays_per_slice();
     let rays = rays_per_pass.max(1.0) * REPLICAS as f64;
-    if tally.ahead == 0 && rays <= most_rays {
+    if tally.partial == 0 && rays <= most_rays {
         let times = ((most_rays / rays) as u64).min(goal - tally.complete).max(1);
         return (0..len, tally.complete..tally.complete + times);
     }
     let entries = ((len as f64 * most_rays / rays) as usize).max(1);
-    (tally.ahead..(tally.ahead + entries).min(len), tally.complete..tally.complete + 1)
+    (tally.partial..(tally.partial + entries).min(len), tally.complete..tally.complete + 1)
 }
 
 fn after_passes(entries: Range<usize>, times: Range<u64>, len: usize) -> Tally {
     if entries.end == len {
-        Tally { complete: times.end, ahead: 0 }
+        Tally { complete: times.end, partial: 0 }
     } else {
-        Tally { complete: times.start, ahead: entries.end }
+        Tally { complete: times.start, partial: entries.end }
     }
 }

@@ -28,7 +28,7 @@ const WALK_BITS: u32 = 40;
 /// Marks the indices of the random numbers that thin a chain's scores.
 const THINNING: u64 = 1 << 63;
 
-/// Rays of a task between two looks at the clock.
+/// Rays of a task between two readings of the clock.
 const RAYS_BETWEEN_LOOKS: u64 = 10_000;
 
 /// Parameters of a set's rounds.
@@ -148,9 +148,9 @@ impl LocalPlan {
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
-        let (mut rays, mut looked_at) = (0, 0);
+        let (mut rays, mut read_at) = (0, 0);
         for chain in chains {
-            if patience.is_at_an_end(rays, &mut looked_at) {
+            if patience.is_at_an_end(rays, &mut read_at) {
                 break;
             }
             rays += if self.quasi {
@@ -180,13 +180,13 @@ impl LocalPlan {
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), task.replica);
         let mut cut = Cut::default();
-        let (mut rays, mut looked_at) = (0, 0);
+        let (mut rays, mut read_at) = (0, 0);
         for (entry, point) in receivers.points.iter().enumerate() {
             let a_round = self.walks_per_round as f64 * self.anchors.walk_rate(entry);
             stream.seek(u64::MAX - entry as u64);
             let phase = stream.unit();
             let until = |round: u64| (round as f64 * a_round + phase) as u64;
-            if patience.is_at_an_end(rays, &mut looked_at) {
+            if patience.is_at_an_end(rays, &mut read_at) {
                 break;
             }
             for walk in until(rounds.start)..until(rounds.end) {
@@ -213,9 +213,9 @@ struct RoundPatience<'a> {
 
 impl RoundPatience<'_> {
     /// Whether the round is given up. It reads the clock every `RAYS_BETWEEN_LOOKS` rays of a task.
-    fn is_at_an_end(&self, rays: u64, looked_at: &mut u64) -> bool {
-        if self.may_end && rays > *looked_at + RAYS_BETWEEN_LOOKS {
-            *looked_at = rays;
+    fn is_at_an_end(&self, rays: u64, read_at: &mut u64) -> bool {
+        if self.may_end && rays > *read_at + RAYS_BETWEEN_LOOKS {
+            *read_at = rays;
             if (self.context.time_left)() == TimeLeft::LongOver {
                 self.given_up.store(true, Relaxed);
             }

@@ -1,4 +1,4 @@
-//! How much work a slice is: a fixed number of rays, or as few as fit between two looks at the clock if rays are slow. Also the time that a
+//! How much work a slice is: a fixed number of rays, or as few as fit between two readings of the clock if rays are slow. Also the time that a
 //! run has left.
 
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -25,9 +25,9 @@ use crate::scene::{Elements, IntensityTable};
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
-/// What chains deposit in the element map.
+/// Arrivals of chains that score in the element map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deposits {
+pub enum ScoredArrivals {
     /// Arrivals after the first reflection; direct light is computed separately.
     IndirectOnly,
     /// All arrivals.
@@ -124,7 +124,7 @@ pub fn chains(
     map: &mut ReplicaMap,
     adaptive: Option<&mut Adaptive>,
     chains: Range<u64>,
-    deposits: Deposits,
+    scored: ScoredArrivals,
 ) -> Vec<(u64, Ends)> {
     let world = context.world;
     let sites = map.len();
@@ -162,7 +162,7 @@ pub fn chains(
                         bends.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score);
                         (0..SLOPES).for_each(|k| indirect[(1 + k) * sites + site] += scores[k]);
                     }
-                } else if deposits == Deposits::DirectToo {
+                } else if scored == ScoredArrivals::DirectToo {
                     direct[site] += luminous_flux_lm / area_m2[site];
                 }
             });
@@ -239,7 +239,7 @@ pub fn direct_at_points(
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
     map.fix_direct_levels(points.clone());
     let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*control_variates);
-    let looked = firsts.par_iter().with_max_len(1).map(|first| {
+    let sampled = firsts.par_iter().with_max_len(1).map(|first| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut pass = DirectPass::default();
@@ -264,12 +264,12 @@ pub fn direct_at_points(
                 made.push((entry, control_variate));
                 &made[made.len() - 1].1
             });
-            let mut look = DirectSampler::new(world, receivers.quantity, &receiver, &mut pass, control_variate);
+            let mut sampler = DirectSampler::new(world, receivers.quantity, &receiver, &mut pass, control_variate);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
-                    let (lx, sample_rays) = look.sample(stream);
+                    let (lx, sample_rays) = sampler.sample(stream);
                     *sum_lx += lx;
                     entry_scores.add(lx);
                     rays += sample_rays;
@@ -281,7 +281,7 @@ pub fn direct_at_points(
         (sums, rays, scores, made)
     });
     let mut rays = 0;
-    for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
+    for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(sampled.collect::<Vec<_>>()) {
         let points = receivers.points.len();
         made.into_iter().for_each(|(entry, control_variate)| control_variates.keep(entry, points, control_variate));
         for (offset, sums_lx) in sums.iter().enumerate() {
@@ -317,7 +317,7 @@ mod tests {
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };
             let mut map = ReplicaMap::new(12, unit);
-            chains(&context, &world.elements, &mut map, None, first..first + 4000, Deposits::DirectToo);
+            chains(&context, &world.elements, &mut map, None, first..first + 4000, ScoredArrivals::DirectToo);
             map.indirect.iter().map(|slab| slab.iter().sum::<f64>() / 4000.0).collect()
         };
         let runs = [0, (1u64 << 32) - 2000, 1 << 40].map(counts);

@@ -42,7 +42,7 @@ const LEAVING_CHAINS: usize = 4096;
 pub const ENOUGH_RAYS: u64 = 1_000_000;
 /// Fewest chains, or points from which walks start, in any case.
 pub const FEWEST_SITES: usize = 16;
-/// Rays at a site between two looks at the clock, and the fewest samples there.
+/// Rays at a site between two readings of the clock, and the fewest samples there.
 const RAYS_BETWEEN_LOOKS: f64 = 10_000.0;
 const FEWEST_SAMPLES: u64 = 2;
 /// Survey samples of an emitter that brings all the light: the usual number, the fewest and the most.
@@ -188,14 +188,14 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVar
     let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
     let error_lx = context.target_error * usual.mean_lx;
     let rays_of_samples = usual.variance_lx2 * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
-    let looks = USUAL_SURVEY * rays_of_samples / survey_rays;
-    if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_SURVEY)) {
+    let survey_samples = USUAL_SURVEY * rays_of_samples / survey_rays;
+    if !survey_samples.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(survey_samples / USUAL_SURVEY)) {
         return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
     }
-    let looks = looks.clamp(FEWEST_SURVEY, MOST_SURVEY);
-    let (cost, survey_rays) = cost_of_surveyed(context, set, looks);
+    let survey_samples = survey_samples.clamp(FEWEST_SURVEY, MOST_SURVEY);
+    let (cost, survey_rays) = cost_of_surveyed(context, set, survey_samples);
     let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
-    (cost, ControlVariates::planned(looks, survey_rays))
+    (cost, ControlVariates::planned(survey_samples, survey_rays))
 }
 
 /// Cost of direct light at points with `survey_samples` survey samples, and the survey rays per point.
@@ -204,15 +204,15 @@ fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (Part
     let (mut ahead_rays, mut points) = (0, 0);
     let passes = samples_of_a_site(context, sites_of(context, set), PASSES);
     let mut sites = Sites::default();
-    let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
+    let measure = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut scratch = DirectPass::default();
         let control_variate = DirectSampler::control_variate(world, quantity, receiver, &mut scratch, survey_samples);
-        let mut look = DirectSampler::new(world, quantity, receiver, &mut scratch, &control_variate);
+        let mut sampler = DirectSampler::new(world, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
-        site.add(context, weight, passes, || look.sample(stream));
+        site.add(context, weight, passes, || sampler.sample(stream));
         (site, control_variate.rays)
     };
-    over_receivers(context, set, 0, look_at, |(site, rays)| {
+    over_receivers(context, set, 0, measure, |(site, rays)| {
         sites.merge(&site);
         ahead_rays += rays;
         points += 1;
@@ -307,7 +307,7 @@ fn over_receivers<S: Send>(
     context: &Context,
     set: usize,
     part: u32,
-    look_at: impl Fn(&Receiver, f64, &mut Stream) -> S + Sync,
+    measure: impl Fn(&Receiver, f64, &mut Stream) -> S + Sync,
     mut needs_more_after: impl FnMut(S) -> bool,
 ) {
     let points = &context.scene.receivers[set].points;
@@ -315,19 +315,20 @@ fn over_receivers<S: Send>(
     let indices = scattered(points.len().div_ceil(stride)).map(|site| site * stride);
     let indices: Vec<usize> = indices.filter(|index| !points[*index].inside).collect();
     let number = MapKind::Receivers(set).number();
-    let look = |index: &usize| {
+    let measured = |index: &usize| {
         let point = &points[*index];
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
         stream.seek(*index as u64);
         let origin = context.world.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        look_at(&receiver, point.weight, &mut stream)
+        measure(&receiver, point.weight, &mut stream)
     };
     let mut done = 0;
     for some in indices.chunks(FEWEST_SITES) {
         // With a million luminaires a single point takes long.
-        let look_in_time = |(place, index): (usize, &usize)| (place == 0 || !context.is_over()).then(|| look(index));
-        let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(look_in_time).collect();
+        let measured_in_time =
+            |(place, index): (usize, &usize)| (place == 0 || !context.is_over()).then(|| measured(index));
+        let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(measured_in_time).collect();
         for site in found.into_iter().flatten() {
             done += 1;
             if !needs_more_after(site) && done >= FEWEST_SITES {
@@ -428,7 +429,7 @@ struct Sites {
 impl Sites {
     fn add(&mut self, context: &Context, weight: f64, samples: u64, mut sample: impl FnMut() -> (f64, u64)) {
         let (mut sum, mut squares) = (0.0, 0.0);
-        let (mut taken, mut looked_at) = (0, 0.0);
+        let (mut taken, mut read_at) = (0, 0.0);
         while taken < samples {
             let (lx, rays) = sample();
             sum += lx;
@@ -436,8 +437,8 @@ impl Sites {
             self.rays += rays as f64;
             taken += 1;
             // Walks may be long, so the clock is read every `RAYS_BETWEEN_LOOKS` rays.
-            if self.rays - looked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
-                looked_at = self.rays;
+            if self.rays - read_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
+                read_at = self.rays;
                 if context.is_over() {
                     break;
                 }

@@ -16,11 +16,11 @@ const ANY: f64 = 0.05;
 pub struct Choices<'a> {
     world: &'a World,
     place: [DVec3; 2],
-    way: ChoiceWay<'a>,
+    selection: Selection<'a>,
 }
 
 /// How emitters are chosen.
-enum ChoiceWay<'a> {
+enum Selection<'a> {
     /// No luminaire can light the point.
     Unlit,
     /// There is only one emitter.
@@ -37,19 +37,19 @@ impl World {
     /// Prepares the choice at a point with a unit normal on a side of a triangle. `cut` is scratch memory for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
-        let way = if self.is_unlit(spot) {
-            ChoiceWay::Unlit
+        let selection = if self.is_unlit(spot) {
+            Selection::Unlit
         } else if self.emitters.list().len() == 1 {
-            ChoiceWay::Only
+            Selection::Only
         } else if let Some(cell) = self.selection_by_cell().and_then(|map| map.of_place(point_m, normal)) {
-            ChoiceWay::OfCell(cell)
+            Selection::OfCell(cell)
         } else {
             self.emitters.open(point_m, normal, cut);
             self.selection_by_region
                 .selection_at(spot)
-                .map_or(ChoiceWay::Unshadowed(cut), |selection| ChoiceWay::InSight(selection, cut))
+                .map_or(Selection::Unshadowed(cut), |selection| Selection::InSight(selection, cut))
         };
-        Choices { world: self, place: [point_m, normal], way }
+        Choices { world: self, place: [point_m, normal], selection }
     }
 }
 
@@ -57,7 +57,7 @@ impl Choices<'_> {
     /// Whether there is more than one emitter to choose from.
     #[inline]
     pub fn has_choice(&self) -> bool {
-        !matches!(self.way, ChoiceWay::Unlit | ChoiceWay::Only)
+        !matches!(self.selection, Selection::Unlit | Selection::Only)
     }
 
     /// Chooses one emitter by a variate in [0, 1). Returns its number and the probability of the choice. `None`: this choice contributes
@@ -65,12 +65,12 @@ impl Choices<'_> {
     #[inline]
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
         let ([point_m, normal], emitters) = (self.place, &self.world.emitters);
-        match &self.way {
-            ChoiceWay::Unlit => None,
-            ChoiceWay::Only => Some((0, 1.0)),
-            ChoiceWay::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
-            ChoiceWay::OfCell(cell) => Some(cell.choose(variate)),
-            ChoiceWay::InSight(selection, cut) => {
+        match &self.selection {
+            Selection::Unlit => None,
+            Selection::Only => Some((0, 1.0)),
+            Selection::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
+            Selection::OfCell(cell) => Some(cell.choose(variate)),
+            Selection::InSight(selection, cut) => {
                 let emitter = if variate < SEEN {
                     selection.choose(variate / SEEN)
                 } else if variate < 1.0 - ANY {
@@ -87,12 +87,12 @@ impl Choices<'_> {
     /// Probability with which [`Choices::choose`] chooses an emitter.
     pub fn probability(&self, emitter: u32) -> f64 {
         let ([point_m, normal], emitters) = (self.place, &self.world.emitters);
-        match &self.way {
-            ChoiceWay::Unlit => 0.0,
-            ChoiceWay::Only => 1.0,
-            ChoiceWay::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
-            ChoiceWay::OfCell(cell) => cell.probability(emitter),
-            ChoiceWay::InSight(selection, cut) => {
+        match &self.selection {
+            Selection::Unlit => 0.0,
+            Selection::Only => 1.0,
+            Selection::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
+            Selection::OfCell(cell) => cell.probability(emitter),
+            Selection::InSight(selection, cut) => {
                 SEEN * selection.probability(emitter)
                     + (1.0 - SEEN - ANY) * emitters.probability(emitter, point_m, normal, cut)
                     + ANY / emitters.list().len() as f64

@@ -5,8 +5,8 @@ use crate::sampling::random::Stream;
 /// Weight below which walks end by chance if nothing is known of a scene.
 const USUAL_SAFE_WEIGHT: f64 = 0.4;
 
-/// Decisions of walks that are left to chance: where walks end, and how often they make a light-path connection to nearby luminaires (look
-/// back, docs/methods.md (48), (49)).
+/// Decisions of walks that are left to chance: where walks end, and how often they make a light-path connection to nearby luminaires
+/// (docs/methods.md (48), (49)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roulette {
     /// A walk whose next weight is at least this always continues. A lighter walk continues by chance, and a survivor has this weight.

@@ -135,12 +135,12 @@ impl SelectionByCell {
             if left <= 0.0 {
                 break;
             }
-            let looked: Vec<CellCounts> = part
+            let counted: Vec<CellCounts> = part
                 .par_iter()
                 .with_max_len(1)
-                .filter_map(|cell| look_from(world, map.center_m(cell[0].point_m), map.cell_m, cell))
+                .filter_map(|cell| sample_from(world, map.center_m(cell[0].point_m), map.cell_m, cell))
                 .collect();
-            for cell in looked {
+            for cell in counted {
                 map.numbers[cell.cell] = (map.cumulative.len() / emitters) as u32;
                 map.cumulative.extend(cell.cumulative);
                 map.rays += cell.rays;
@@ -297,7 +297,7 @@ fn mean_over(places: &[&LitPlace], of: impl Fn(&LitPlace) -> f64) -> f64 {
 
 /// Takes light samples of the emitters from points in a cell, starting with the emitters that may bring most. `None` if an emitter is so
 /// near that its illuminance differs between points of the cell, or if no emitter has a weight.
-fn look_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
+fn sample_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
     let list = world.emitters.list();
     let count = cell.len().min(PLACES as usize);
     let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
@@ -309,12 +309,12 @@ fn look_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
     let mut stream = Stream::new(SEED, Purpose::Pilot, 1, 0);
     let (mut weights, mut hidden) = (vec![0.0; list.len()], Vec::new());
     let mut rest = bounds_sum;
-    let (mut looked, mut seen, mut rays) = (0.0, 0.0, 0);
+    let (mut sampled, mut seen, mut rays) = (0.0, 0.0, 0);
     for (rank, emitter) in order.iter().enumerate() {
         let bound = bounds[*emitter];
         if rest <= REST * seen {
             // Emitters that were not sampled are assumed visible as often as the sampled ones.
-            let scale = (seen / looked).sqrt();
+            let scale = (seen / sampled).sqrt();
             order[rank..].iter().for_each(|emitter| weights[*emitter] = scale * bounds[*emitter]);
             break;
         }
@@ -326,26 +326,26 @@ fn look_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> 
         }
         let unshadowed_lx = mean_over(&places, |place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
         let mut shares = 0.0;
-        let asked = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
-        for number in 0..asked {
+        let samples = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
+        for number in 0..samples {
             // The points take turns, so that weak emitters are not all sampled from the same point.
             let place = places[(number + rank) % count];
             stream.seek(((cell[0].cell as u64) << 28) | ((*emitter as u64) << 4) | number as u64);
-            let Some(look) = list[*emitter].light_sample(place.point_m, place.normal, &mut stream) else {
+            let Some(sample) = list[*emitter].light_sample(place.point_m, place.normal, &mut stream) else {
                 continue;
             };
             rays += 1;
-            shares += world.seen_share(&look, &place.origin);
+            shares += world.seen_share(&sample, &place.origin);
         }
-        let asked = asked as f64;
-        let share = (shares + PRIOR) / (asked + 2.0 * PRIOR);
+        let samples = samples as f64;
+        let share = (shares + PRIOR) / (samples + 2.0 * PRIOR);
         weights[*emitter] = (unshadowed_lx + SHARE_OF_BOUND * bound) * share.sqrt();
         if shares == 0.0 {
             hidden.push(*emitter);
         }
         rest -= bound;
-        looked += bound;
-        seen += bound * shares / asked;
+        sampled += bound;
+        seen += bound * shares / samples;
     }
     // Hidden emitters together get no more weight than all seen emitters, however bright they are.
     let of_hidden = |weights: &[f64]| hidden.iter().map(|emitter| weights[*emitter]).sum::<f64>();
@@ -379,7 +379,7 @@ mod tests {
     /// of the same cell has it in front. Its light samples must find it with more than the least chance that every lamp has (the planted
     /// fault).
     #[test]
-    fn a_lamp_behind_all_places_looked_at_is_still_found_from_others_of_the_cell() {
+    fn a_lamp_behind_all_sampled_places_is_still_found_from_others_of_the_cell() {
         let lamp = |name: &str, position: &str| {
             format!(r#"{{ "name": "{name}", "type": "point", "position": {position}, "luminous_flux_lm": 1000 }}"#)
         };
@@ -399,7 +399,7 @@ mod tests {
             })
             .collect();
         assert!(places.iter().all(|place| world.emitters.list()[3].importance_lx(place.point_m, place.normal) == 0.0));
-        let cell = look_from(&world, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
+        let cell = sample_from(&world, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
         let chance = CellChoice(&cell.cumulative).probability(3);
         assert!(chance > 10.0 * ANY / 4.0, "{chance}");
         let sum: f64 = (0..4).map(|lamp| CellChoice(&cell.cumulative).probability(lamp)).sum();

@@ -123,8 +123,8 @@ impl SelectionByRegion {
 
 impl World {
     /// Share of the light of a sample that reaches a point: 1, 0, or what panes transmit.
-    pub fn seen_share(&self, look: &LightSample, origin: &Origin) -> f64 {
-        look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
+    pub fn seen_share(&self, sample: &LightSample, origin: &Origin) -> f64 {
+        sample.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
     }
 
     /// Samples one emitter after the other from a point with a unit normal, roughly in order of strength. Passes each to `show` with its
@@ -139,12 +139,12 @@ impl World {
     ) -> LightInSight {
         let mut found = LightInSight::default();
         self.emitters.strongest_first(point_m, normal, |index, importance, rest| {
-            let look = self.emitters.list()[index as usize].light_sample(point_m, normal, stream);
-            let lx = look.map_or(0.0, |look| {
+            let sample = self.emitters.list()[index as usize].light_sample(point_m, normal, stream);
+            let lx = sample.map_or(0.0, |sample| {
                 found.rays += 1;
-                look.unshadowed_lx * self.seen_share(&look, origin)
+                sample.unshadowed_lx * self.seen_share(&sample, origin)
             });
-            found.looks += 1;
+            found.samples += 1;
             found.rest_lx = rest;
             *(if lx > 0.0 { &mut found.seen_lx } else { &mut found.hidden_lx }) += importance;
             show(index, lx);
@@ -202,7 +202,7 @@ pub struct LightInSight {
     /// Sum of the importance of emitters that were not sampled, in lx.
     pub rest_lx: f64,
     /// Number of emitters that were sampled.
-    pub looks: u64,
+    pub samples: u64,
     /// Rays traced.
     pub rays: u64,
 }
@@ -232,7 +232,7 @@ struct RegionSurvey {
 fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> RegionSurvey {
     let sides = SidesByArea::of(scene, spots);
     let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
-    let mut look_from =
+    let mut sample_from =
         |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&LightInSight) -> bool| {
             stream.seek(index);
             let aim = (index % points) as f64 + stream.unit();
@@ -246,8 +246,8 @@ fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> 
     let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &LightInSight| found.seen_lx >= found.rest_lx || found.looks >= FIRST_SAMPLED;
-        let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
+        let enough = |found: &LightInSight| found.seen_lx >= found.rest_lx || found.samples >= FIRST_SAMPLED;
+        let found = sample_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
         let may_find = found.seen_lx + found.rest_lx > 0.0;
@@ -264,13 +264,13 @@ fn survey(scene: &Scene, world: &World, spots: &[TriangleSide], region: u32) -> 
     let mut shares: Vec<(u32, f64)> = Vec::new();
     for index in 0..POINTS {
         let first = shares.len();
-        let enough = |found: &LightInSight| found.has_little_rest() || found.looks >= MOST_SAMPLED;
+        let enough = |found: &LightInSight| found.has_little_rest() || found.samples >= MOST_SAMPLED;
         let mut show = |emitter: u32, lx: f64| {
             if lx > 0.0 {
                 shares.push((emitter, lx));
             }
         };
-        rays += look_from(FIRST_POINTS + index, POINTS, &mut show, &enough).rays;
+        rays += sample_from(FIRST_POINTS + index, POINTS, &mut show, &enough).rays;
         // Every point has one vote, however dark it is.
         let sum: f64 = shares[first..].iter().map(|(_, lx)| lx).sum();
         shares[first..].iter_mut().for_each(|(_, lx)| *lx /= sum);

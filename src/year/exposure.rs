@@ -78,7 +78,7 @@ struct SunDay {
 impl SunDay {
     fn of(site: SunSite, date: (u32, u32)) -> SunDay {
         let day = SunDay { site, date, towards: Vec::new() };
-        SunDay { towards: (0..=SUNS_OF_A_DAY).map(|look| day.towards(hour_of(look))).collect(), ..day }
+        SunDay { towards: (0..=SUNS_OF_A_DAY).map(|minute| day.towards(hour_of(minute))).collect(), ..day }
     }
 
     /// Direction to the sun at an hour, or `None` if the sun is too low.
@@ -91,8 +91,8 @@ impl SunDay {
     }
 }
 
-fn hour_of(look: u32) -> f64 {
-    24.0 * f64::from(look) / f64::from(SUNS_OF_A_DAY)
+fn hour_of(minute: u32) -> f64 {
+    24.0 * f64::from(minute) / f64::from(SUNS_OF_A_DAY)
 }
 
 fn sunlit(world: &World, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -> SunlitHours {
@@ -109,10 +109,10 @@ fn sunlit(world: &World, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -
     };
     let mut found = Vec::new();
     let (mut was_seen, mut from) = (sees(day.towards[0]), 0.0);
-    for (look, towards) in (0..).zip(&day.towards).skip(1) {
+    for (minute, towards) in (0..).zip(&day.towards).skip(1) {
         let is_seen = sees(*towards);
         if is_seen != was_seen {
-            let moment = change(hour_of(look - 1), hour_of(look), was_seen);
+            let moment = change(hour_of(minute - 1), hour_of(minute), was_seen);
             if was_seen {
                 found.push([from, moment]);
             }

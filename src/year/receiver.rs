@@ -113,26 +113,26 @@ impl CoefficientTally for RowTally<'_> {
 pub(super) struct DirectSuns {
     lx: Replicas,
     /// Shadow rays of each replica to a sun that some replicas see and others do not.
-    looks: u64,
+    samples: u64,
     pub rays: u64,
 }
 
 impl DirectSuns {
     pub fn of(context: &YearContext, (set, index): (usize, usize), receiver: &Receiver) -> DirectSuns {
-        let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), looks: 1, rays: 0 };
+        let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), samples: 1, rays: 0 };
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             stream.seek(index as u64);
             let slab = found.lx.of(replica);
             let around = (context.scene, context.world);
             let show = |sun: usize, lx| slab[sun] = lx;
-            found.rays += context.sky.suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, show);
+            found.rays += context.sky.suns.find_all(around, receiver, context.openings.if_all(), &mut stream, show);
         }
         found
     }
 
-    /// Repeats shadow rays to the suns that some replicas saw and others did not, up to `looks` per replica.
-    fn look_again(&mut self, context: &YearContext, (set, index): (usize, usize), receiver: &Receiver, looks: u64) {
+    /// Repeats shadow rays to the suns that some replicas saw and others did not, up to `samples` per replica.
+    fn sample_again(&mut self, context: &YearContext, (set, index): (usize, usize), receiver: &Receiver, samples: u64) {
         let all = &context.sky.suns;
         let is_half_hidden = |sun: &usize| {
             let seen = self.lx.across(*sun);
@@ -144,17 +144,17 @@ impl DirectSuns {
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             let mut sums = vec![0.0; half_hidden.len()];
-            for look in self.looks..looks {
-                stream.seek((look << 32) | index as u64);
+            for sample in self.samples..samples {
+                stream.seek((sample << 32) | index as u64);
                 let add = |sun: usize, lx| sums[sun] += lx;
-                self.rays += suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, add);
+                self.rays += suns.find_all(around, receiver, context.openings.if_all(), &mut stream, add);
             }
             let slab = self.lx.of(replica);
             for (sun, sum) in half_hidden.iter().zip(sums) {
-                slab[*sun] = (self.looks as f64 * slab[*sun] + sum) / looks as f64;
+                slab[*sun] = (self.samples as f64 * slab[*sun] + sum) / samples as f64;
             }
         }
-        self.looks = looks;
+        self.samples = samples;
     }
 
     /// Mean direct illuminance in lx by a sun of 1 lx perpendicular to its rays.
@@ -214,10 +214,10 @@ pub(super) fn year_of(
         let mut found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         let target_square = context.target_error.powi(2);
         let sun_square = (HALF_HIDDEN_SHARE * context.target_error).powi(2);
-        if found.sun_error.powi(2) > sun_square && direct.looks < MOST_LOOKS {
-            let needed = direct.looks as f64 * RESERVE * found.sun_error.powi(2) / sun_square;
-            let looks = (needed.min(MOST_LOOKS as f64) as u64).clamp(direct.looks + 1, MOST_LOOKS);
-            direct.look_again(context, (set, index), receiver, looks);
+        if found.sun_error.powi(2) > sun_square && direct.samples < MOST_LOOKS {
+            let needed = direct.samples as f64 * RESERVE * found.sun_error.powi(2) / sun_square;
+            let samples = (needed.min(MOST_LOOKS as f64) as u64).clamp(direct.samples + 1, MOST_LOOKS);
+            direct.sample_again(context, (set, index), receiver, samples);
             found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         }
         // Squared error that walks may leave. If suns alone exceed the target, walks may leave as much as partly hidden suns may.

@@ -152,7 +152,7 @@ impl<'a> SunCells<'a> {
     pub fn suns_on(&self, replica: usize, spot: TriangleSide, barycentric: [f64; 2]) -> &CellView {
         let side = side_index(spot);
         let cell = self.firsts[side] + part_at(self.parts[side], barycentric[0], barycentric[1]);
-        self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell))
+        self.cells[replica][cell as usize].get_or_init(|| self.view_of(replica, spot, cell))
     }
 
     /// Number of shadow rays traced.
@@ -162,7 +162,7 @@ impl<'a> SunCells<'a> {
 
     /// Traces shadow rays from a point of a cell to all nodes and to some suns.
     #[cold]
-    fn look(&self, replica: usize, (triangle, side): TriangleSide, cell: u32) -> CellView {
+    fn view_of(&self, replica: usize, (triangle, side): TriangleSide, cell: u32) -> CellView {
         let index = side_index((triangle, side));
         let mut stream = Stream::new(self.seed, Purpose::SunPlaces, 0, replica as u32);
         stream.seek(u64::from(cell));
@@ -174,7 +174,7 @@ impl<'a> SunCells<'a> {
         let place = Receiver { point_m: self.world.tracer.position_m(&origin), normal, origin: &origin };
         let mut nodes = Vec::new();
         let around = (self.scene, self.world);
-        let mut rays = self.nodes.suns.look_for_all(around, &place, self.openings, &mut stream, |node, lx| {
+        let mut rays = self.nodes.suns.find_all(around, &place, self.openings, &mut stream, |node, lx| {
             let steps = (SHARE_STEPS * lx.min(1.0)).round() as u16;
             if steps > 0 {
                 nodes.push((node as u16, steps));
@@ -182,36 +182,36 @@ impl<'a> SunCells<'a> {
         });
         let mut seen = CellView { nodes: nodes.into(), own: Box::default() };
         if !self.nodes.fields.is_empty() {
-            rays += self.look_for_own(&mut seen, &place, &mut stream);
+            rays += self.find_own(&mut seen, &place, &mut stream);
         }
         self.rays.fetch_add(rays, Ordering::Relaxed);
         seen
     }
 
     /// Traces shadow rays to some of the hours' own suns; returns the number of rays.
-    fn look_for_own(&self, seen: &mut CellView, place: &Receiver, stream: &mut Stream) -> u64 {
+    fn find_own(&self, seen: &mut CellView, place: &Receiver, stream: &mut Stream) -> u64 {
         let mut node_lx = vec![0.0; self.nodes.suns.towards.len()];
         seen.nodes().for_each(|(node, lx)| node_lx[node] = lx);
         let [first_in_part, first_alike] = stream.pair();
         // Takes every `step`-th sun, starting at a random one. Each sun has the same probability.
         let mut in_part = Every { step: IN_PART, next: (IN_PART as f64 * first_in_part) as usize };
         let mut alike = Every { step: ALIKE, next: (ALIKE as f64 * first_alike) as usize };
-        let (mut looked_for, mut times) = (Vec::new(), Vec::new());
+        let (mut chosen, mut times) = (Vec::new(), Vec::new());
         for field in &self.nodes.fields {
             let is_seen = field.corners.map(|corner| corner.is_some_and(|node| node_lx[node as usize] > 0.0));
             let every = if is_seen.contains(&!is_seen[0]) { &mut in_part } else { &mut alike };
             let suns = self.nodes.suns_in(field);
             for place in every.take(suns.len()) {
-                looked_for.push(usize::from(suns[place]));
+                chosen.push(usize::from(suns[place]));
                 times.push(every.step as u16);
             }
         }
         let mut shining = Vec::new();
         let around = (self.scene, self.world);
         let found = |sun: usize, lx: f64| shining.push((sun, lx));
-        let rays = self.suns.look_for(looked_for.iter().copied(), around, place, (self.openings, stream), found);
+        let rays = self.suns.find_some(chosen.iter().copied(), around, place, (self.openings, stream), found);
         let mut shining = shining.into_iter().peekable();
-        let own = looked_for.iter().zip(times).filter_map(|(sun, times)| {
+        let own = chosen.iter().zip(times).filter_map(|(sun, times)| {
             let lx = shining.next_if(|(shines, _)| shines == sun).map_or(0.0, |(_, lx)| lx);
             let between_lx = self.nodes.between(*sun, |node| node_lx[node]);
             let off = (SHARE_STEPS * f64::from(times) * (lx - between_lx)).round() as i32;

@@ -59,7 +59,7 @@ fn a_dry_run_tells_the_rays_of_the_run() {
 
 /// A clock that advances by 1 ms at each reading, with the forecasts that it received. Its run ends with its first progress report.
 struct Counting {
-    looks: AtomicU64,
+    readings: AtomicU64,
     has_begun: AtomicBool,
     expected: Mutex<Vec<Forecast>>,
 }
@@ -75,7 +75,7 @@ impl Observer for Counting {
         self.has_begun.load(Ordering::Relaxed)
     }
     fn wall_s(&self) -> f64 {
-        1e-3 * self.looks.fetch_add(1, Ordering::Relaxed) as f64
+        1e-3 * self.readings.fetch_add(1, Ordering::Relaxed) as f64
     }
 }
 
@@ -86,7 +86,7 @@ fn a_time_limit_alone_says_what_it_affords() {
     let scene = scene("office.json");
     let told = |time_limit_s: f64, target_error: Option<f64>| {
         let clock =
-            Counting { looks: AtomicU64::new(0), has_begun: AtomicBool::new(false), expected: Mutex::default() };
+            Counting { readings: AtomicU64::new(0), has_begun: AtomicBool::new(false), expected: Mutex::default() };
         let settings = Settings {
             time_limit_s: Some(time_limit_s),
             target_error,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use luxmc::estimators::receiver::Receiver;
-use luxmc::light_mesh::exact::look_at_all;
+use luxmc::light_mesh::exact::sample_all_emitters;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
@@ -39,7 +39,7 @@ fn exact_lx(scene: &Scene) -> Vec<f64> {
     let light = |point: &luxmc::scene::ReceiverPoint| {
         let origin = world.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        look_at_all(&world, &receiver, &mut stream).0
+        sample_all_emitters(&world, &receiver, &mut stream).0
     };
     scene.receivers[0].points.iter().map(light).collect()
 }
@@ -81,18 +81,18 @@ fn bars_of_single_places_hold_in_each_kind() {
 
 /// A clock that advances by `step_s` seconds at each reading.
 struct Clock {
-    looks: AtomicU64,
+    readings: AtomicU64,
     step_s: f64,
 }
 
 impl Observer for Clock {
     fn wall_s(&self) -> f64 {
-        self.step_s * self.looks.fetch_add(1, Ordering::Relaxed) as f64
+        self.step_s * self.readings.fetch_add(1, Ordering::Relaxed) as f64
     }
 }
 
 fn late(limit_s: f64, step_s: f64, choice: &MeshChoice) -> Solution {
-    let clock = Clock { looks: AtomicU64::new(0), step_s };
+    let clock = Clock { readings: AtomicU64::new(0), step_s };
     let settings = Settings { time_limit_s: Some(limit_s), ..settings(1) };
     solve_by_light_mesh(&hall(0.5, 40), &settings, choice, &clock).expect("it can be computed")
 }

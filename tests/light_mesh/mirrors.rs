@@ -3,7 +3,7 @@
 use glam::DVec3;
 use luxmc::base::ball::ball_illuminance_factor;
 use luxmc::base::polygon::polygon_illuminance_lx;
-use luxmc::estimators::images::look_for_areas;
+use luxmc::estimators::images::sample_area_images;
 use luxmc::estimators::receiver::Receiver;
 use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
@@ -31,16 +31,16 @@ const BALL: &str =
     r#"{ "name": "ball", "type": "sphere", "center": [2,1.5,1], "radius": 0.15, "luminous_flux_lm": 1000 }"#;
 
 /// Mean of light samples of the images, and its standard error.
-fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64) {
+fn samples(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64) {
     let world = World::new(scene);
     let mirrors = world.mirrors.as_ref().expect("flat mirrors");
     let origin = world.tracer.side_origin(point_m, normal);
     let receiver = Receiver { point_m, normal, origin: &origin };
     let mut stream = Stream::new(7, Purpose::Pilot, 0, 0);
     let (mut sum, mut squares) = (0.0, 0.0);
-    for look in 0..count {
-        stream.seek(look);
-        let (lx, _) = look_for_areas(&world, mirrors, &receiver, &mut stream);
+    for sample in 0..count {
+        stream.seek(sample);
+        let (lx, _) = sample_area_images(&world, mirrors, &receiver, &mut stream);
         sum += lx;
         squares += lx * lx;
     }
@@ -66,7 +66,7 @@ fn images_of_areas_in_a_corner_have_closed_forms() {
         share * exitance_lm_m2 * ball_illuminance_factor(cosine, offset_m.length() / 0.15)
     };
     let exact: f64 = mirrors.map(of_ball).iter().sum();
-    let (mean, error) = looks(&scene(CORNER, BALL, ""), place_m, normal, 100_000);
+    let (mean, error) = samples(&scene(CORNER, BALL, ""), place_m, normal, 100_000);
     assert!((mean - exact).abs() < Z * error, "{mean} ± {error}, exact {exact}");
     assert!((1.02 * mean - exact).abs() > Z * error, "the fault passed: {mean} ± {error}, exact {exact}");
 
@@ -83,7 +83,7 @@ fn images_of_areas_in_a_corner_have_closed_forms() {
         share * polygon_illuminance_lx(place_m, normal, &corners_m, 500.0)
     };
     let exact: f64 = mirrors.map(of_panel).iter().sum();
-    let (mean, error) = looks(&scene(&panel, light, ""), place_m, normal, 100_000);
+    let (mean, error) = samples(&scene(&panel, light, ""), place_m, normal, 100_000);
     assert!((mean - exact).abs() < Z * error, "{mean} ± {error}, exact {exact}");
     assert!((1.02 * mean - exact).abs() > Z * error, "the fault passed: {mean} ± {error}, exact {exact}");
 }

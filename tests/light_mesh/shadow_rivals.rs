@@ -53,7 +53,7 @@ static OF_BOX: LazyLock<StudyScene> = LazyLock::new(|| study(BOX, false));
 /// Behind one box whose silhouette is the same for the whole ball, wedges are right except for the change of the cosine over the ball, some
 /// 1 % of the lamp. Wedges of a ball smaller by a fifth (the planted fault) are not.
 #[test]
-fn wedges_of_one_box_are_those_of_looks() {
+fn wedges_of_one_box_are_those_of_rays() {
     let places_m = places_m(19.3);
     let exact = exact(BOX, &places_m);
     assert!(

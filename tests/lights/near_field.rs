@@ -97,7 +97,7 @@ fn a_panel_given_as_a_file_is_the_panel_near_and_far() {
 
 /// Chains start on the opening, and their result agrees with that of light samples: a box around a near panel.
 #[test]
-fn chains_and_looks_see_the_same_opening() {
+fn chains_and_light_samples_see_the_same_opening() {
     lambertian_file("disk.ies", 300.0, [-0.8, -0.8, 0.0]);
     let json = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
         "geometry": [ { "name": "box", "type": "box", "min": [-1,-1,0], "max": [1,1,1], "facing": "inward", "material": "grey", "max_element_edge": 1 } ],

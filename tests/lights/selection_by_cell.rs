@@ -55,14 +55,14 @@ fn places(scene: &Scene, world: &World) -> Vec<(u32, [f64; 2])> {
     triangles.flat_map(|triangle| [[0.31, 0.33], [0.62, 0.07]].map(|at| (triangle, at))).collect()
 }
 
-struct Looks {
+struct SampledLight {
     mean_lx: f64,
     error_lx: f64,
     variance: f64,
 }
 
 /// Direct light at a point by light samples as walks take them.
-fn by_looks(world: &World, (triangle, barycentric): (u32, [f64; 2]), seed: u64, count: u64) -> Looks {
+fn by_light_samples(world: &World, (triangle, barycentric): (u32, [f64; 2]), seed: u64, count: u64) -> SampledLight {
     let origin = world.tracer.surface_origin(triangle, barycentric, Side::Front);
     let normal = world.normal(triangle, Side::Front);
     let receiver = Receiver { point_m: world.tracer.position_m(&origin), normal, origin: &origin };
@@ -79,7 +79,7 @@ fn by_looks(world: &World, (triangle, barycentric): (u32, [f64; 2]), seed: u64, 
     }
     let mean_lx = sum / count as f64;
     let variance = (squares / count as f64 - mean_lx * mean_lx).max(0.0);
-    Looks { mean_lx, error_lx: (variance / count as f64).sqrt(), variance }
+    SampledLight { mean_lx, error_lx: (variance / count as f64).sqrt(), variance }
 }
 
 /// 40,000 light samples with cells and 40,000 without agree at every point within 5 standard errors of their difference (α = 6e-7 each).
@@ -94,7 +94,7 @@ fn cells_change_no_mean_and_take_variance_away() {
     assert!(map.rays() as f64 <= 0.2 * MANY_RAYS, "{} rays", map.rays());
     let (mut sums, mut squares, mut variances) = ([0.0; 2], 0.0, [0.0; 2]);
     for place in places(&scene, &plain) {
-        let (one, other) = (by_looks(&plain, place, 1, N), by_looks(&with_cells, place, 2, N));
+        let (one, other) = (by_light_samples(&plain, place, 1, N), by_light_samples(&with_cells, place, 2, N));
         let error_lx = one.error_lx.hypot(other.error_lx);
         let difference_lx = (one.mean_lx - other.mean_lx).abs();
         assert!(difference_lx <= 5.0 * error_lx + 1e-9, "{place:?}: {difference_lx} ± {error_lx} of {}", one.mean_lx);
@@ -146,7 +146,7 @@ fn choices_in_cells_have_the_probabilities_reported() {
 
 /// A run of few rays, and a scene in which everything is visible, do not build the cells.
 #[test]
-fn nothing_is_looked_out_for_where_it_does_not_pay() {
+fn nothing_is_learned_where_it_does_not_pay() {
     let few = World::new(&shelves());
     few.learn_selection_by_cell(1e4);
     assert!(few.selection_by_cell().is_none());

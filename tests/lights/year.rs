@@ -331,7 +331,7 @@ fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
 /// errors and scatter by these within a third. Their mean is that of the segment within 3 %. With a third more, the planted fault, it is
 /// not.
 #[test]
-fn suns_that_are_half_hidden_are_looked_for_until_their_error_is_met() {
+fn suns_that_are_half_hidden_are_sampled_until_their_error_is_met() {
     const FAR_M: f64 = 20.0;
     const SHOWN_FROM: f64 = 1.0 / 3.0;
     let given = weather(&[(6, 21, 12.5, [DIRECT_LX, 1.0])]);

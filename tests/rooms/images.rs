@@ -105,7 +105,7 @@ fn a_panel_that_a_mirror_alone_shows_has_its_exact_illuminance() {
 /// longer count. N = 8 seeds; 5 % more (the planted fault) is detected.
 #[test]
 #[ignore = "takes long: .ci/run runs it"]
-fn walks_that_look_into_flat_mirrors_find_what_chains_find() {
+fn walks_that_sample_images_in_flat_mirrors_find_what_chains_find() {
     let geometry = format!(
         r#"{ROOM}, {{ "name": "mirror", "type": "rectangle", "origin": [0.02,0.4,0.3], "u": [0,2,0], "v": [0,0,1.8], "material": "mirror" }},
         {{ "name": "ball", "type": "sphere", "center": [3.2,2.2,0.8], "radius": 0.35, "material": "mirror" }},

@@ -52,7 +52,7 @@ pub(super) trait Light {
 
     /// Returns the half space that receives all its light, if there is one: the unit normal, and the coordinate of its plane along that
     /// normal in m. The plane goes through the rearmost point of the light.
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         None
     }
 

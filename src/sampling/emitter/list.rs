@@ -143,7 +143,7 @@ pub struct PointEmitters {
 
 /// A point of a point-like emitter.
 #[derive(Clone, Copy, Debug)]
-pub struct PointLook<'a> {
+pub struct PointSample<'a> {
     /// The emitter.
     pub emitter: &'a Emitter,
     /// The point.
@@ -162,11 +162,11 @@ impl PointEmitters {
         variate: f64,
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> Option<(PointLook<'_>, f64)> {
+    ) -> Option<(PointSample<'_>, f64)> {
         self.tree.open(point_m, normal, cut);
         let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
         let emitter = &self.list[index as usize];
         let point = emitter.draw_point(stream)?;
-        Some((PointLook { emitter, point, place: emitter.place_of_point(point.position_m) }, probability))
+        Some((PointSample { emitter, point, place: emitter.place_of_point(point.position_m) }, probability))
     }
 }

@@ -59,7 +59,7 @@ impl Light for PointLight {
         (unshadowed_lx > 0.0).then_some(LightSample { unshadowed_lx, place })
     }
 
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         self.axis.map(|axis| (axis, axis.dot(self.position_m)))
     }
 

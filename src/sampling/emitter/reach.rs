@@ -11,7 +11,7 @@ pub struct Reach {
     center_m: DVec3,
     radius_m: f64,
     /// Unit normal of the half space, and the least coordinate of its points along that normal, in m.
-    ahead: Option<(DVec3, f64)>,
+    half_space: Option<(DVec3, f64)>,
 }
 
 impl Reach {
@@ -20,8 +20,8 @@ impl Reach {
     #[inline]
     pub fn may_light(&self, corners_m: &[DVec3; 3], normal: DVec3, tolerance_m: f64) -> bool {
         let is_above = normal.dot(self.center_m - corners_m[0]) + self.radius_m > tolerance_m;
-        let is_ahead = |(axis, least_m): (DVec3, f64)| corners_m.iter().any(|m| axis.dot(*m) > least_m + tolerance_m);
-        is_above && self.ahead.is_none_or(is_ahead)
+        let is_within = |(axis, least_m): (DVec3, f64)| corners_m.iter().any(|m| axis.dot(*m) > least_m + tolerance_m);
+        is_above && self.half_space.is_none_or(is_within)
     }
 }
 
@@ -29,8 +29,8 @@ impl Emitter {
     /// Returns the region that its light can reach.
     pub fn reach(&self) -> Reach {
         let beacon = &self.beacon;
-        let ahead = of_light!(&self.shape, light => light.ahead());
-        Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, ahead }
+        let half_space = of_light!(&self.shape, light => light.half_space());
+        Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, half_space }
     }
 }
 
@@ -65,7 +65,7 @@ mod tests {
         let mut counts = [[0u32; 3]; 2];
         for (index, emitter) in emitters.list().iter().enumerate() {
             let reach = emitter.reach();
-            let later = Reach { ahead: reach.ahead.map(|(axis, least_m)| (axis, least_m + 0.2)), ..reach };
+            let later = Reach { half_space: reach.half_space.map(|(axis, least_m)| (axis, least_m + 0.2)), ..reach };
             let smaller = Reach { radius_m: reach.radius_m - 0.3, ..reach };
             for number in 0..4000 {
                 stream.seek(4000 * index as u64 + number);
@@ -78,7 +78,9 @@ mod tests {
                         let [a, b, c] = corners_m;
                         let point_m = a + u * (b - a) + v * (c - a);
                         (0..16).any(|_| {
-                            emitter.light_sample(point_m, normal, stream).is_some_and(|look| look.unshadowed_lx > 0.0)
+                            emitter
+                                .light_sample(point_m, normal, stream)
+                                .is_some_and(|sample| sample.unshadowed_lx > 0.0)
                         })
                     })
                 };

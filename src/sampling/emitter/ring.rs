@@ -148,7 +148,7 @@ impl Light for RingLight {
         Some(LightSample { unshadowed_lx, place })
     }
 
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         Some((self.axis, self.axis.dot(self.center_m)))
     }
 
@@ -335,7 +335,7 @@ mod tests {
     /// 2,000,000 light samples each from near and far, above and across the horizon. Their mean equals the exact illuminance within 4.9
     /// standard errors (α = 1e-6 each, seed 5), and 1% more, the planted fault, does not. Far light samples all have the same value.
     #[test]
-    fn looks_have_the_mean_of_the_closed_form() {
+    fn light_samples_have_the_mean_of_the_closed_form() {
         const N: u64 = 2_000_000;
         let light = ring();
         let mut stream = Stream::new(5, Purpose::Walks, 0, 0);
@@ -351,8 +351,8 @@ mod tests {
             let (mut sum_lx, mut squares) = (0.0, 0.0);
             for index in 0..N {
                 stream.seek(index);
-                let look = light.light_sample(point_m, normal, &mut stream);
-                let lx = look.map_or(0.0, |look| look.unshadowed_lx);
+                let sample = light.light_sample(point_m, normal, &mut stream);
+                let lx = sample.map_or(0.0, |sample| sample.unshadowed_lx);
                 assert!(lx <= 2000.0 + 1e-9, "{lx} is more than twice the exitance");
                 sum_lx += lx;
                 squares += lx * lx;
@@ -369,7 +369,7 @@ mod tests {
     /// over 1,000,000 points by area, within 4.9 standard errors of 200,000 draws (seed 6). Draws by area alone, the planted fault, are
     /// rejected.
     #[test]
-    fn far_looks_are_drawn_in_proportion() {
+    fn far_light_samples_are_drawn_in_proportion() {
         let light = ring();
         let (point_m, normal) = (light.center_m + 0.8 * light.axis + DVec3::X, DVec3::new(-1.0, 0.0, 0.4).normalize());
         assert!(light.nearest_m(point_m) >= FAR * RING[1]);

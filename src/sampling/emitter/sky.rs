@@ -142,7 +142,7 @@ impl Light for SkyEmitter {
         enter_through(&self.openings, self.opening, towards, within)
     }
 
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         self.inward().map(|(axis, at_m)| (axis, axis.dot(at_m)))
     }
 

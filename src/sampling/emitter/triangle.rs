@@ -144,7 +144,7 @@ impl Light for TriangleEmitter {
         Some(LightSample { unshadowed_lx, place: Some(self.place(barycentric)) })
     }
 
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         Some((self.normal, self.normal.dot(self.centroid_m)))
     }
 
@@ -272,7 +272,7 @@ mod tests {
             for index in 0..N {
                 stream.seek(index);
                 let lx =
-                    emitter.cheap_light_sample(point_m, normal, &mut stream).map_or(0.0, |look| look.unshadowed_lx);
+                    emitter.cheap_light_sample(point_m, normal, &mut stream).map_or(0.0, |sample| sample.unshadowed_lx);
                 sum_lx += lx;
                 squares += lx * lx;
             }

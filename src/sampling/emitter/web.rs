@@ -76,7 +76,7 @@ impl Light for WebLight {
         (unshadowed_lx > 0.0).then_some(LightSample { unshadowed_lx, place })
     }
 
-    fn ahead(&self) -> Option<(DVec3, f64)> {
+    fn half_space(&self) -> Option<(DVec3, f64)> {
         if !self.web.shines_ahead_only() {
             return None;
         }

@@ -164,7 +164,7 @@ fn points_drawn_towards_a_direction_are_those_that_face_it() {
 /// Light samples from near and far have the same mean as uniform points weighted by how much they face the receiver. The tolerance is 4.9
 /// standard errors (N = 200,000, seed 8, α = 1e-6 each). Points that shine through the body, the planted fault, differ in front of a face.
 #[test]
-fn looks_bring_what_the_faces_show() {
+fn light_samples_bring_what_the_faces_show() {
     const N: u64 = 200_000;
     let intensity_cd = |direction: DVec3| 1000.0 * (1.0 - 0.5 * direction.normalize().z);
     for opening in SOLIDS {
@@ -191,17 +191,18 @@ fn looks_bring_what_the_faces_show() {
                 let height_m = offset_m.dot(normal).max(0.0);
                 share * intensity_cd(-offset_m) * height_m / offset_m.length().powi(3)
             };
-            let looked =
-                mean(&|stream| aperture.light_sample(point_m, normal, intensity_cd, stream).map_or(0.0, |look| look.0));
+            let sampled = mean(&|stream| {
+                aperture.light_sample(point_m, normal, intensity_cd, stream).map_or(0.0, |sample| sample.0)
+            });
             let counted = mean(&|stream| {
                 let at = aperture.draw(stream);
                 lx_from(&at, aperture.share_towards(&at, (point_m - at.position_m).normalize()))
             });
             let through = mean(&|stream| lx_from(&aperture.draw(stream), 1.0));
             let apart = |one: (f64, f64), other: (f64, f64)| (one.0 - other.0).abs() / (one.1 + other.1).sqrt();
-            assert!(apart(looked, counted) < 4.9, "{opening:?} {point_m}: {looked:?} {counted:?}");
+            assert!(apart(sampled, counted) < 4.9, "{opening:?} {point_m}: {sampled:?} {counted:?}");
             let is_near = point_m.length() < 1.0;
-            assert!(!is_near || apart(looked, through) > 4.9, "{opening:?} {point_m}: the planted fault passed");
+            assert!(!is_near || apart(sampled, through) > 4.9, "{opening:?} {point_m}: the planted fault passed");
         }
     }
 }

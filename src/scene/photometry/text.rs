@@ -68,9 +68,9 @@ pub(super) enum Comma {
 
 /// Parses a finite number. Decimal commas are allowed only with [`Comma::Decimal`].
 pub(super) fn number(token: &str, comma: Comma) -> Option<f64> {
-    let looks_numeric = token.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b',' | b'e' | b'E'));
+    let is_numeric = token.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b',' | b'e' | b'E'));
     let with_point = if comma == Comma::Decimal { token.replacen(',', ".", 1) } else { token.to_string() };
-    with_point.parse().ok().filter(|value: &f64| looks_numeric && value.is_finite())
+    with_point.parse().ok().filter(|value: &f64| is_numeric && value.is_finite())
 }
 
 /// A sequence of numbers; line breaks have no meaning.

@@ -39,9 +39,9 @@ pub struct Cutting {
     /// Approximate mean of direct and indirect illuminance over the scene.
     means_lx: [f64; 2],
     /// Approximate rays of a sample of a point.
-    rays_of_a_look: f64,
+    rays_of_a_sample: f64,
     elements: Elements,
-    looks: Vec<DirectSamples>,
+    samples: Vec<DirectSamples>,
     /// Mean area of the elements of this round.
     mean_m2: f64,
     round: u32,
@@ -59,9 +59,9 @@ impl Cutting {
         Cutting {
             target_error,
             means_lx,
-            rays_of_a_look: (2.0 * rays_of_a_pass).max(1.0),
+            rays_of_a_sample: (2.0 * rays_of_a_pass).max(1.0),
             elements: elements.clone(),
-            looks: Vec::new(),
+            samples: Vec::new(),
             mean_m2: 0.0,
             round: 0,
             done: 0,
@@ -80,14 +80,14 @@ impl Cutting {
         let left = self.done..self.elements.len();
         match self.contact_free {
             Some(_) => RAYS_OF_A_CONTACT_POINT * left.len() as f64,
-            None => self.rays_of_a_look * left.map(|index| self.wanted(context, index) as f64).sum::<f64>(),
+            None => self.rays_of_a_sample * left.map(|index| self.wanted(context, index) as f64).sum::<f64>(),
         }
     }
 
     /// Goes forward by some `rays` rays. Returns whether there is more to do.
     pub fn advance(&mut self, context: &Context, rays: f64) -> bool {
         if self.contact_free.is_none() {
-            self.look(context, rays);
+            self.sample(context, rays);
             return true;
         }
         self.test_contact(context, rays);
@@ -100,9 +100,9 @@ impl Cutting {
         let adaptive = Adaptive {
             sloped: sloped.collect(),
             references_lx: self
-                .looks
+                .samples
                 .iter()
-                .map(|looks| [looks.reference_lx(), Linear::even(self.means_lx[1])])
+                .map(|samples| [samples.reference_lx(), Linear::even(self.means_lx[1])])
                 .collect(),
             contact_free: self.contact_free.unwrap_or_default(),
             detail: Detail::new(self.elements.len()),
@@ -119,10 +119,10 @@ impl Cutting {
     }
 
     fn is_sloped(&self, context: &Context, index: usize) -> bool {
-        let (looks, edge_m) = (&self.looks[index], (2.0 * self.area_m2(context, index)).sqrt());
+        let (samples, edge_m) = (&self.samples[index], (2.0 * self.area_m2(context, index)).sqrt());
         // A small element may still need slopes for its direct light: two more numbers show more of it than three more children.
-        let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
-        looks.contact_free == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
+        let is_steep = || samples.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
+        samples.contact_free == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
     }
 
     fn area_m2(&self, context: &Context, index: usize) -> f64 {
@@ -133,30 +133,30 @@ impl Cutting {
     fn wanted(&self, context: &Context, index: usize) -> usize {
         let over_mean = if self.mean_m2 > 0.0 { self.area_m2(context, index) / self.mean_m2 } else { 1.0 };
         let points = (POINTS * over_mean.clamp(1.0, MOST_TIMES)) as usize;
-        let seen = self.looks.get(index).map_or(0, |looks| looks.points);
+        let seen = self.samples.get(index).map_or(0, |samples| samples.points);
         if 2 * seen <= points { points } else { 0 }
     }
 
     /// Samples some of the new elements, and again those that are now large relative to the others. Cuts after the last.
-    fn look(&mut self, context: &Context, rays: f64) {
+    fn sample(&mut self, context: &Context, rays: f64) {
         if self.elements.len() > MOST_PILOTED {
-            self.stop_looking();
+            self.end_sampling();
             return;
         }
         if self.done == 0 {
-            self.looks.resize(self.elements.len(), DirectSamples::default());
+            self.samples.resize(self.elements.len(), DirectSamples::default());
             let all_m2: f64 = (0..self.elements.len()).map(|index| self.area_m2(context, index)).sum();
             self.mean_m2 = all_m2 / self.elements.len() as f64;
         }
-        let (mut end, mut looks) = (self.done, 0);
+        let (mut end, mut points) = (self.done, 0);
         while end < self.elements.len()
-            && (end < self.done + FEWEST_AT_ONCE || looks as f64 * self.rays_of_a_look < rays)
+            && (end < self.done + FEWEST_AT_ONCE || points as f64 * self.rays_of_a_sample < rays)
         {
-            looks += self.wanted(context, end);
+            points += self.wanted(context, end);
             end += 1;
         }
         let range = self.done..end;
-        self.rays += self.look_at(context, range.clone());
+        self.rays += self.sample_range(context, range.clone());
         self.done = range.end;
         if self.done == self.elements.len() {
             self.cut(context);
@@ -165,30 +165,30 @@ impl Cutting {
 
     /// Cuts elements that lose too much. If none does, or there is no time for another round, this was the last round.
     fn cut(&mut self, context: &Context) {
-        let lost_lx2 = |(index, looks): (usize, &DirectSamples)| looks.lost_lx2(self.is_sloped(context, index));
-        let lost_lx2 = self.looks.iter().enumerate().map(lost_lx2);
+        let lost_lx2 = |(index, samples): (usize, &DirectSamples)| samples.lost_lx2(self.is_sloped(context, index));
+        let lost_lx2 = self.samples.iter().enumerate().map(lost_lx2);
         let cuts = cuts_of(context, &self.elements, lost_lx2, self.goal_lx2(), MOST_PILOTED);
         let is_last = self.round == PILOT_ROUNDS || (context.time_left)() != TimeLeft::Enough;
         if is_last || cuts.iter().all(|cuts| *cuts == 0) {
-            self.stop_looking();
+            self.end_sampling();
             return;
         }
         let finer = self.elements.cut(|element| cuts[element as usize]);
-        let looks_of = |index: u32| {
+        let samples_of = |index: u32| {
             let parent = parent_of(&self.elements, &finer, index);
             let kept = finer.element(index) == self.elements.element(parent);
-            if kept { self.looks[parent as usize] } else { DirectSamples::default() }
+            if kept { self.samples[parent as usize] } else { DirectSamples::default() }
         };
-        self.looks = (0..finer.len() as u32).map(looks_of).collect();
+        self.samples = (0..finer.len() as u32).map(samples_of).collect();
         (self.elements, self.round, self.done) = (finer, self.round + 1, 0);
     }
 
     /// Ends sampling. Elements without samples (there were too many for the pilot) get the mean direct illuminance.
-    fn stop_looking(&mut self) {
-        self.looks.resize(self.elements.len(), DirectSamples::default());
+    fn end_sampling(&mut self) {
+        self.samples.resize(self.elements.len(), DirectSamples::default());
         let direct_lx = self.means_lx[0];
-        for looks in self.looks.iter_mut().filter(|looks| looks.points == 0) {
-            (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear::even(direct_lx));
+        for samples in self.samples.iter_mut().filter(|samples| samples.points == 0) {
+            (samples.mean_lx, samples.fitted_lx) = (direct_lx, Linear::even(direct_lx));
         }
         (self.contact_free, self.done) = (Some(Vec::new()), 0);
     }
@@ -198,26 +198,26 @@ impl Cutting {
         let at_once = ((rays / RAYS_OF_A_CONTACT_POINT) as usize).max(FEWEST_AT_ONCE);
         let range = self.done..(self.done + at_once).min(self.elements.len());
         let (contact_free, rays) =
-            contact_free_shares(context, &self.elements, range.clone(), |index| match self.looks[index as usize] {
+            contact_free_shares(context, &self.elements, range.clone(), |index| match self.samples[index as usize] {
                 DirectSamples { points: 0, .. } => KnownContact::Unknown,
                 DirectSamples { contact_free, .. } if contact_free > 0.0 && contact_free < 1.0 => KnownContact::InPart,
                 DirectSamples { contact_free, .. } => KnownContact::Known(contact_free),
             });
-        self.looks[range.clone()]
+        self.samples[range.clone()]
             .iter_mut()
             .zip(&contact_free)
-            .for_each(|(looks, contact_free)| looks.contact_free = *contact_free);
+            .for_each(|(samples, contact_free)| samples.contact_free = *contact_free);
         self.contact_free.get_or_insert_default().extend(contact_free);
         self.rays += rays;
         self.done = range.end;
     }
 
     /// Samples the elements of a range, as far as they need it. Returns the rays it took.
-    fn look_at(&mut self, context: &Context, range: Range<usize>) -> u64 {
+    fn sample_range(&mut self, context: &Context, range: Range<usize>) -> u64 {
         let wanted: Vec<usize> = range.clone().map(|index| self.wanted(context, index)).collect();
         let (elements, round) = (&self.elements, self.round);
-        let looks = self.looks[range.clone()].par_iter_mut().zip(wanted).enumerate();
-        let rays = looks.map(|(place, (looks, points))| {
+        let samples = self.samples[range.clone()].par_iter_mut().zip(wanted).enumerate();
+        let rays = samples.map(|(place, (samples, points))| {
             if points == 0 || context.is_over() {
                 return 0;
             }
@@ -226,7 +226,7 @@ impl Cutting {
             let mut pass = DirectPass::default();
             let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
             let mut rays = 0;
-            let look = |point: usize| {
+            let sample = |point: usize| {
                 stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
                 let at = element.draw(context.world, &mut stream);
                 let seen = pass.sample_twice_at(context.world, &element, at, &mut stream);
@@ -239,8 +239,8 @@ impl Cutting {
                 rays += tested_rays;
                 (!in_contact).then_some(seen)
             };
-            let seen: Vec<SamplePair> = (0..points).filter_map(look).collect();
-            *looks =
+            let seen: Vec<SamplePair> = (0..points).filter_map(sample).collect();
+            *samples =
                 DirectSamples { points, contact_free: seen.len() as f64 / points as f64, ..DirectSamples::fit(&seen) };
             rays
         });
@@ -293,8 +293,8 @@ impl DirectSamples {
         let Some(inverse) = normal.try_inverse() else {
             return DirectSamples::default();
         };
-        let [one, other] = [0, 1].map(|look| {
-            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.samples_lx[look]).sum();
+        let [one, other] = [0, 1].map(|number| {
+            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.samples_lx[number]).sum();
             inverse * sums
         });
         let product = |(row, seen): (&Vector3<f64>, &SamplePair)| {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::records::{Records, WalkRecord, look_up};
 use crate::caches::{CellGrid, CellLight};
-use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, gather, look_for_place, residual_walk};
+use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, find_cell_place, gather, residual_walk};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::guide::Guide;
@@ -49,7 +49,7 @@ impl Gatherer<'_> {
                 if start.weight == 0.0 {
                     return (None, start.rays);
                 }
-                let (met, rays) = look_for_place(world, &start.receiver(), guide.density_at(entry), cut, stream);
+                let (met, rays) = find_cell_place(world, &start.receiver(), guide.density_at(entry), cut, stream);
                 (met, start.rays + rays)
             })
             .collect();

@@ -35,7 +35,7 @@ impl GatheringProgress {
         let walked = self.sum_up_walks(sets, residuals);
         residuals.share_out(&self.unsure_lx2(sets, rays), weights);
         self.learn_directions(&gathered, &walked);
-        map.indirect_samples = Tally { complete: passes, ahead: 0 };
+        map.indirect_samples = Tally { complete: passes, partial: 0 };
         map.take_residuals(weights);
     }
 

@@ -5,14 +5,14 @@ use std::time::Instant;
 use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::maps::MapKind;
 use crate::solver::context::Context;
-use crate::solver::passes::{self, Deposits};
+use crate::solver::passes::{self, ScoredArrivals};
 use crate::solver::spending::Activity;
 
 impl Job {
-    pub(super) fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
+    pub(super) fn chains_until(&mut self, context: &Context, until: u64, scored: ScoredArrivals) {
         let chains = self.map.indirect_samples.complete..until;
         let traced =
-            passes::chains(context, &self.elements, &mut self.map, self.adapting.adaptive.as_mut(), chains, deposits);
+            passes::chains(context, &self.elements, &mut self.map, self.adapting.adaptive.as_mut(), chains, scored);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
             self.work.rays += rays;
             self.ends[replica] += ends;
@@ -30,7 +30,7 @@ impl Job {
             let slice_started = Instant::now();
             let slice = context.pace.rays_of_next(&self.work.slices, Activity::Chains) / self.rays_per_sample();
             let until = goal.min(self.map.indirect_samples.complete + slice.ceil() as u64);
-            self.chains_until(context, until, Deposits::DirectToo);
+            self.chains_until(context, until, ScoredArrivals::DirectToo);
             context.pace.note(&mut self.work.slices, Activity::Chains, slice_started.elapsed());
             if started.elapsed().as_secs_f64() > most_s {
                 break;

@@ -152,7 +152,7 @@ impl Job {
     /// Judges the error to report it, not to decide by it, if judging is cheap relative to `rays`.
     pub fn judge_for_forecast(&mut self, rays: f64) {
         let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_JUDGING * rays;
-        let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
+        let is_whole = self.map.direct_samples.partial == 0 && self.map.indirect_samples.partial == 0;
         // Before a first look there are too few samples to show more than the pilot.
         let is_new = self.looks.latest.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
         let counts = !self.black && self.engine != Engine::Gather && self.samples > 0 && !self.met;

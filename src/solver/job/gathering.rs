@@ -178,8 +178,8 @@ impl Job {
         let error_lx = error * self.mean_without_gathering_lx();
         let to_first_look = self.rays_to_first_look(error);
         let rays = self.indirect_rays_by_gathering(error);
-        let looks_out = context.world.would_learn_selection_by_cell(rays);
-        let choosing = if looks_out { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
+        let learns_by_cell = context.world.would_learn_selection_by_cell(rays);
+        let choosing = if learns_by_cell { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // If a look is cheap relative to walks it is taken: it shows more than the pilot of walks can.
         let without = self.work_without_gathering(context, error_lx);

@@ -86,7 +86,7 @@ impl Job {
         let samples = (ratio * self.samples as f64).round() as u64;
         let scale = samples as f64 / self.samples as f64;
         self.map.indirect.iter_mut().flatten().for_each(|sum_lx| *sum_lx *= scale);
-        self.map.indirect_samples = Tally { complete: samples, ahead: 0 };
+        self.map.indirect_samples = Tally { complete: samples, partial: 0 };
         self.map.forget_indirect_scores();
         // A kept ray for each ray that the new passes would take, so that rays per sample are those of the passes to come.
         let rays = (self.kept_rays() - self.work.direct_rays) as f64;

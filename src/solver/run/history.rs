@@ -1,6 +1,6 @@
 //! The state of a run: the rows of its history, and reports to its observer.
 
-use super::map_states::may_look_at_all;
+use super::map_states::may_evaluate_all;
 use super::progress::Progress;
 use super::state::Run;
 use crate::control::Forecast;
@@ -23,7 +23,7 @@ impl Run<'_> {
             None => true,
         };
         let rays = self.all_rays();
-        if !(judged || is_due) || !may_look_at_all(self.jobs.len(), rays, self.recorded_at) {
+        if !(judged || is_due) || !may_evaluate_all(self.jobs.len(), rays, self.recorded_at) {
             return;
         }
         self.recorded_at = Some(rays);
@@ -39,7 +39,7 @@ impl Run<'_> {
     /// Reports the state of the run.
     pub(super) fn tell(&mut self) {
         let rays = self.all_rays();
-        if may_look_at_all(self.jobs.len(), rays, self.last_row_rays) {
+        if may_evaluate_all(self.jobs.len(), rays, self.last_row_rays) {
             self.last_row_rays = Some(rays);
             self.observer.progress(&self.progress());
         }

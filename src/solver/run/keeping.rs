@@ -58,7 +58,7 @@ impl Run<'_> {
             adaptive.aim_at(target);
         }
         (job.met, job.adapting.finest, job.looks.refused) = (false, false, false);
-        let is_whole = job.map.direct_samples.ahead == 0 && job.map.indirect_samples.ahead == 0;
+        let is_whole = job.map.direct_samples.partial == 0 && job.map.indirect_samples.partial == 0;
         if job.is_judged() && is_whole {
             self.look(index);
         }

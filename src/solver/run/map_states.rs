@@ -53,7 +53,7 @@ pub(super) struct MapStates {
     all_rays: u64,
     bytes: usize,
     /// Number of evaluations of maps so far.
-    looks: u64,
+    evaluations: u64,
 }
 
 impl MapStates {
@@ -64,14 +64,14 @@ impl MapStates {
 
     /// Forgets all states, because more than one map may have changed.
     pub fn forget(&mut self) {
-        *self = MapStates { looks: self.looks, ..MapStates::default() };
+        *self = MapStates { evaluations: self.evaluations, ..MapStates::default() };
     }
 
     /// Records all maps anew.
     pub fn note_all(&mut self, states: impl Iterator<Item = MapState>) {
         self.forget();
         for state in states {
-            self.looks += 1;
+            self.evaluations += 1;
             self.states.push(state);
             self.add(self.states.len() - 1, true);
         }
@@ -82,7 +82,7 @@ impl MapStates {
         if !self.is_known() {
             return;
         }
-        self.looks += 1;
+        self.evaluations += 1;
         self.add(index, false);
         self.states[index] = state;
         self.add(index, true);
@@ -127,15 +127,15 @@ impl MapStates {
 
     /// Number of evaluations of maps so far.
     #[cfg(test)]
-    pub fn looks(&self) -> u64 {
-        self.looks
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
     }
 }
 
-/// Whether all `maps` maps may be evaluated again at `rays` rays, if they were last evaluated at `looked_at` rays.
-pub(super) fn may_look_at_all(maps: usize, rays: u64, looked_at: Option<u64>) -> bool {
-    let next = |looked_at: u64| looked_at + RAYS_OF_A_LOOK * maps as u64;
-    maps <= FEW_MAPS || looked_at.is_none_or(|looked_at| rays >= next(looked_at))
+/// Whether all `maps` maps may be evaluated again at `rays` rays, if they were last evaluated at `evaluated_at` rays.
+pub(super) fn may_evaluate_all(maps: usize, rays: u64, evaluated_at: Option<u64>) -> bool {
+    let next = |evaluated_at: u64| evaluated_at + RAYS_OF_A_LOOK * maps as u64;
+    maps <= FEW_MAPS || evaluated_at.is_none_or(|evaluated_at| rays >= next(evaluated_at))
 }
 
 #[cfg(test)]
@@ -156,7 +156,7 @@ mod tests {
 
     /// The stored states equal those from an evaluation of all maps: 2,000 changes of 40 maps (seed 4).
     #[test]
-    fn what_is_kept_is_what_a_look_at_all_would_tell() {
+    fn what_is_kept_is_what_an_evaluation_of_all_maps_finds() {
         let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         stream.seek(0);
         let mut state = || {
@@ -195,7 +195,7 @@ mod tests {
                 );
             }
         }
-        assert_eq!(map_states.looks(), 2040);
+        assert_eq!(map_states.evaluations(), 2040);
     }
 
     /// Counts the progress reports.
@@ -247,30 +247,33 @@ mod tests {
                 run.map_states.forget();
             }
         }
-        [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.map_states.looks(), observer.0.into_inner()]
+        [slices, run.jobs.iter().map(|job| job.work.rays).sum(), run.map_states.evaluations(), observer.0.into_inner()]
     }
 
     /// A slice evaluates its own map twice. All maps are evaluated only once per `RAYS_OF_A_LOOK` rays per map.
     #[test]
-    fn a_slice_of_one_map_looks_at_no_others() {
+    fn a_slice_of_one_map_evaluates_no_others() {
         let maps = 200;
-        let [slices, rays, looks, rows] = counts(maps, false);
+        let [slices, rays, evaluations, rows] = counts(maps, false);
         let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
         assert!(
-            slices > 100 && looks <= 2 * slices + of_all * maps as u64 && rows <= of_all,
-            "{slices} {rays} {looks} {rows}"
+            slices > 100 && evaluations <= 2 * slices + of_all * maps as u64 && rows <= of_all,
+            "{slices} {rays} {evaluations} {rows}"
         );
-        let [slices, rays, looks, _] = counts(maps, true);
+        let [slices, rays, evaluations, _] = counts(maps, true);
         let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
-        assert!(looks > 2 * slices + of_all * maps as u64, "the planted fault passed: {slices} {rays} {looks}");
+        assert!(
+            evaluations > 2 * slices + of_all * maps as u64,
+            "the planted fault passed: {slices} {rays} {evaluations}"
+        );
         // With few maps all are evaluated every time, and once when the run begins.
         let [slices, _, _, rows] = counts(3, false);
         assert_eq!(slices + 1, rows);
     }
 
     #[test]
-    fn few_maps_are_all_looked_at_every_time_and_many_for_some_work() {
-        assert!(may_look_at_all(64, 5, Some(5)) && may_look_at_all(10_000, 5, None));
-        assert!(!may_look_at_all(10_000, 999_999, Some(0)) && may_look_at_all(10_000, 1_000_000, Some(0)));
+    fn few_maps_are_all_evaluated_every_time_and_many_for_some_work() {
+        assert!(may_evaluate_all(64, 5, Some(5)) && may_evaluate_all(10_000, 5, None));
+        assert!(!may_evaluate_all(10_000, 999_999, Some(0)) && may_evaluate_all(10_000, 1_000_000, Some(0)));
     }
 }

@@ -40,7 +40,7 @@ impl<'a> FloorPoints<'a> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
         let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
-        let known = (0..lattice.points() as usize).into_par_iter().map(|number| look_around(study, &lattice, number));
+        let known = (0..lattice.points() as usize).into_par_iter().map(|number| views_around(study, &lattice, number));
         Some(FloorPoints { known: known.collect(), study, lattice })
     }
 
@@ -71,7 +71,7 @@ fn number_of(lattice: &Lattice, [i, j, k]: Index) -> usize {
     (k as usize * rows + j as usize) * columns + i as usize
 }
 
-fn look_around(study: &StudyScene, lattice: &Lattice, number: usize) -> Option<Known> {
+fn views_around(study: &StudyScene, lattice: &Lattice, number: usize) -> Option<Known> {
     let [columns, rows, _] = lattice.counts.map(|count| count as usize);
     let index = [number % columns, number / columns % rows, number / (columns * rows)].map(|place| place as i32);
     let position_m = lattice.position_m(index);

@@ -41,7 +41,7 @@ fn whole_width_m() -> f64 {
 
 /// Study of profiles across the shadow of an edge.
 pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
-    let looks = if wishes.quick { 256 } else { 4096 };
+    let samples = if wishes.quick { 256 } else { 4096 };
     let line_m: Vec<DVec3> =
         (0..PLACES).map(|i| DVec3::new(HALF_M * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0), 0.0137, 0.0)).collect();
     let mut found = Findings::of(
@@ -55,7 +55,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
         r#"{{ "name": "point", "type": "point", "position": [0,0,{SOURCE_M}], "luminous_flux_lm": 1000 }}"#
     ))?;
     (wishes.tell)("the ball by shadow rays");
-    let exact = ball.by_rays(&line_m, looks, f64::INFINITY);
+    let exact = ball.by_rays(&line_m, samples, f64::INFINITY);
     let real_m = width_m(&exact.lx);
     let mut lines = Vec::new();
     let mut add_line = |name: &str, lx: &[f64]| {
@@ -66,7 +66,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     add_line("ball, shadow rays", &exact.lx);
     let mut rows = vec![vec![
         format!("ball of {BALL_M} m"),
-        format!("{looks} shadow rays from every point"),
+        format!("{samples} shadow rays from every point"),
         String::new(),
         String::new(),
         format!("{real_m:.3}"),

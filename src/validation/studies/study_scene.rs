@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::wheel::Wheel;
 use crate::check::scene_from_json;
 use crate::estimators::receiver::Receiver;
-use crate::light_mesh::exact::look_at_all;
+use crate::light_mesh::exact::sample_all_emitters;
 use crate::light_mesh::{
     Counts, Lattice, LightMesh, NEVER, Options, SamplePlacing, Samples, Solids, Surroundings, Workroom,
 };
@@ -110,19 +110,19 @@ impl StudyScene {
         Ok(lit)
     }
 
-    /// Computes the illuminance by shadow rays to every luminaire, `looks` times each, for as many receivers as `most_rays` allows.
-    pub fn by_rays(&self, points_m: &[DVec3], looks: u64, most_rays: f64) -> Lit {
-        let all_rays = (points_m.len() * self.world.emitters.list().len()) as f64 * looks as f64;
+    /// Computes the illuminance by shadow rays to every luminaire, `samples` times each, for as many receivers as `most_rays` allows.
+    pub fn by_rays(&self, points_m: &[DVec3], samples: u64, most_rays: f64) -> Lit {
+        let all_rays = (points_m.len() * self.world.emitters.list().len()) as f64 * samples as f64;
         self.every_so_many(points_m, (all_rays / most_rays).ceil().max(1.0) as usize, |number, receiver| {
             let mut stream = Stream::new(1, Purpose::LightMesh, 0, 0);
             let (mut sum_lx, mut rays) = (0.0, 0);
-            for look in 0..looks {
-                stream.seek_quasi((number << 32) | look, number, look);
-                let (lx, look_rays) = look_at_all(&self.world, receiver, &mut stream);
+            for sample in 0..samples {
+                stream.seek_quasi((number << 32) | sample, number, sample);
+                let (lx, sample_rays) = sample_all_emitters(&self.world, receiver, &mut stream);
                 sum_lx += lx;
-                rays += look_rays;
+                rays += sample_rays;
             }
-            (sum_lx / looks as f64, rays)
+            (sum_lx / samples as f64, rays)
         })
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::exact::look_at_all;
+use super::exact::sample_all_emitters;
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
 use super::options::{DIRECT_PLACES, SHARE_OF_DIRECT};
@@ -12,7 +12,7 @@ use crate::scene::{ReceiverPoint, ReceiverSet};
 /// Share below which a branch of a line of sight continues only with a probability (roulette). Its weight compensates for this.
 const FAINT_SHARE: f64 = 0.01;
 /// Map number of the random streams for roulette of faint branches.
-const SIGHTS: u32 = u32::MAX - 3;
+const LINES_OF_SIGHT: u32 = u32::MAX - 3;
 /// Map number of the random streams that estimate the random error in gloss.
 const GLOSS_PILOT: u32 = u32::MAX - 5;
 /// Largest number of directions for this estimate, and number of samples for each.
@@ -46,7 +46,7 @@ pub struct GlossEffort {
 }
 
 /// What the directions of a set show.
-pub struct Sights {
+pub struct LinesOfSight {
     /// Surface points of all directions, one direction after the other.
     places: Vec<SeenPlace>,
     /// Index of the first surface point of each direction. One more entry ends the last.
@@ -64,7 +64,7 @@ pub struct Sights {
     pub rays: u64,
 }
 
-impl Sights {
+impl LinesOfSight {
     /// Follows every direction of a set, with random streams from the seed and the set's number. `target_error` is the target for the
     /// random error of gloss. `may_draw` allows samples to trace new lines of sight where gloss takes too many rays.
     pub fn of(
@@ -73,7 +73,7 @@ impl Sights {
         [seed, set_number]: [u64; 2],
         target_error: Option<f64>,
         may_draw: bool,
-    ) -> Sights {
+    ) -> LinesOfSight {
         let set_number = set_number as u32;
         let world = around.world;
         let has_gloss = around.scene.surfaces.iter().any(|surface| {
@@ -88,7 +88,7 @@ impl Sights {
             if point.inside || (around.give_up)() {
                 return (places, Shown::default());
             }
-            let mut stream = Stream::new(seed, Purpose::LightMesh, SIGHTS, set_number);
+            let mut stream = Stream::new(seed, Purpose::LightMesh, LINES_OF_SIGHT, set_number);
             stream.seek(number as u64);
             let from = world.tracer.side_origin(point.position_m, point.normal);
             let gloss = GlossRays::Even(rays_of_gloss, number as u64);
@@ -97,15 +97,15 @@ impl Sights {
                 small_share: FAINT_SHARE,
                 gloss,
                 with_luminaires: true,
-                looks_for_areas: around.looks_for_areas(),
+                samples_area_images: around.samples_area_images(),
             };
-            let shown = eye.look(&from, point.normal, &mut stream, &mut places);
+            let shown = eye.trace(&from, point.normal, &mut stream, &mut places);
             (places, shown)
         };
         let followed: Vec<(Vec<SeenPlace>, Shown)> = set.points.par_iter().enumerate().map(follow).collect();
         let most_places = followed.iter().map(|(places, _)| places.len()).max().unwrap_or(0).max(1);
         let shows_gloss = followed.iter().any(|(_, shown)| shown.has_gloss);
-        let mut sights = Sights {
+        let mut lines = LinesOfSight {
             places: Vec::new(),
             starts: vec![0],
             shown: followed.iter().map(|(_, shown)| *shown).collect(),
@@ -116,10 +116,10 @@ impl Sights {
             rays: followed.iter().map(|(_, shown)| shown.rays).sum(),
         };
         for (places, _) in followed {
-            sights.places.extend(places);
-            sights.starts.push(sights.places.len());
+            lines.places.extend(places);
+            lines.starts.push(lines.places.len());
         }
-        sights
+        lines
     }
 
     /// Returns the number of surface points of all directions.
@@ -166,7 +166,7 @@ fn effort_of_gloss(
         small_share: FAINT_SHARE,
         gloss: GlossRays::One,
         with_luminaires: true,
-        looks_for_areas: around.looks_for_areas(),
+        samples_area_images: around.samples_area_images(),
     };
     let judge = |(number, point): &(usize, &ReceiverPoint)| {
         let mut stream = Stream::new(seed, Purpose::LightMesh, GLOSS_PILOT, set_number);
@@ -176,14 +176,14 @@ fn effort_of_gloss(
         for (sample_number, sample) in (0u64..).zip(&mut samples) {
             stream.seek(((*number as u64) << 32) | sample_number);
             let mut places = Vec::new();
-            let shown = eye.look(&from, point.normal, &mut stream, &mut places);
+            let shown = eye.trace(&from, point.normal, &mut stream, &mut places);
             has_gloss |= shown.has_gloss;
             *sample = shown.luminaires_cd_m2;
             sight_rays += shown.rays;
             for place in places {
-                let (lx, look_rays) = look_at_all(world, &place.receiver(), &mut stream);
+                let (lx, sample_rays) = sample_all_emitters(world, &place.receiver(), &mut stream);
                 *sample += place.weight_per_sr * lx;
-                rays += look_rays;
+                rays += sample_rays;
             }
         }
         let mean = samples.iter().sum::<f64>() / PILOT_SAMPLES as f64;
