@@ -35,38 +35,38 @@ pub fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 }
 
 fn thread_s() -> Option<f64> {
-    let text = std::fs::read_to_string(THREAD_TIME).ok()?;
+    run_time_s(&std::fs::read_to_string(THREAD_TIME).ok()?)
+}
+
+/// Run time of a thread in the text of [`THREAD_TIME`].
+fn run_time_s(text: &str) -> Option<f64> {
     text.split_whitespace().next()?.parse::<f64>().ok().map(|time_ns| 1e-9 * time_ns)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+    use std::thread::{ThreadId, current};
+
+    use rayon::prelude::*;
+
     use super::*;
 
-    /// Work of a tenth of a second with parallel loops is measured; sleep is not.
+    /// A clock of the thread then measures all of the work.
     #[test]
-    fn work_counts_and_sleep_does_not() {
-        use rayon::prelude::*;
-        let busy = || {
-            let started = Instant::now();
-            let mut sum = 0u64;
-            while started.elapsed().as_secs_f64() < 0.1 {
-                sum = sum.wrapping_add((0..10_000u64).into_par_iter().map(|i| i ^ sum).sum());
-            }
-            assert_ne!(sum, 1);
-        };
-        let timed = |work: &(dyn Fn() + Sync)| {
-            on_one_thread(|| {
-                let clock = ThreadClock::starting_now();
-                work();
-                clock.cpu_s()
-            })
-        };
-        let busy_s = timed(&busy);
-        assert!(busy_s > 0.0 && busy_s < 0.2, "{busy_s}");
-        if thread_s().is_some() {
-            let asleep_s = timed(&|| std::thread::sleep(std::time::Duration::from_millis(100)));
-            assert!(asleep_s < 0.05, "{asleep_s}");
-        }
+    fn parallel_loops_stay_on_the_thread_of_the_work() {
+        let threads = on_one_thread(|| {
+            let loops: HashSet<ThreadId> = (0..10_000).into_par_iter().map(|_| current().id()).collect();
+            (loops, HashSet::from([current().id()]))
+        });
+        assert_eq!(threads.0, threads.1);
+        assert!(!threads.0.contains(&current().id()), "the work has a thread of its own");
+    }
+
+    #[test]
+    fn the_run_time_is_the_first_number_in_ns() {
+        let told_s = run_time_s("2500000000 700 31\n").expect("a number");
+        assert!((told_s - 2.5).abs() < 1e-12, "{told_s}");
+        assert_eq!([run_time_s(""), run_time_s("none 700 31")], [None, None]);
     }
 }
