@@ -37,7 +37,7 @@ pub struct Residuals {
     region_walks: Vec<bool>,
     /// For every replica, after [`Residuals::settle`]: mean over the map and over every region, in lx for a profile of 1. Last, the region's
     /// mean of first steps.
-    means_lx: Vec<f64>,
+    means: Vec<f64>,
     region_means: Vec<Vec<f64>>,
     region_means_of_first_steps: Vec<Vec<f64>>,
     /// Uncertainty of the cells that each entry looks up, divided by its root mean square over the map.
@@ -162,7 +162,7 @@ impl Residuals {
             regions,
             region_count,
             region_walks: Vec::new(),
-            means_lx: vec![0.0; REPLICAS],
+            means: vec![0.0; REPLICAS],
             region_means: vec![Vec::new(); REPLICAS],
             region_means_of_first_steps: vec![Vec::new(); REPLICAS],
             shares: [[0.0; 3]; 2],
@@ -203,7 +203,7 @@ impl Residuals {
             // Neighbours have no common slopes.
             return if self.walkers[site] { of_first * first_lx + of_later * later_lx } else { 0.0 };
         }
-        let (mean, region, unsure) = (self.means_lx[replica], self.regions[site] as usize, self.profile[site]);
+        let (mean, region, unsure) = (self.means[replica], self.regions[site] as usize, self.profile[site]);
         if !self.region_walks[region] {
             return unsure * mean;
         }
@@ -285,7 +285,7 @@ impl Residuals {
             self.region_means_of_first_steps[replica] = per_weight(sums_of_regions(&self.first_steps[replica]));
         }
         let regions = ScaleErrors::of(&squares_of_regions, self.region_count, |replica, region| {
-            self.region_means[replica][region] - self.means_lx[replica]
+            self.region_means[replica][region] - self.means[replica]
         });
         let [first_steps, later_steps] = [0, 1].map(|step| {
             ScaleErrors::of(&weights, sites, |replica, entry| {
