@@ -33,8 +33,10 @@ pub struct MeshFaults {
     /// Edges that belong to three, five, … triangles.
     pub odd_edges: Faults,
     /// Whether T-junctions were searched. In very large open meshes they are not.
+    #[serde(rename = "t_junctions_looked_for")]
     pub t_junctions_searched: bool,
     /// Whether all pairs of coplanar triangles were tested.
+    #[serde(rename = "overlaps_looked_for")]
     pub overlaps_searched: bool,
     /// Number of tests of boxes and triangles in both searches.
     #[serde(skip)]
