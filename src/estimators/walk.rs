@@ -26,7 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::{ConnectedFrom, ConnectingPoint, MetFrom, World};
+use crate::transport::{ConnectedFrom, ConnectingPoint, LaterLandings, MetFrom, NearLuminaires, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -60,17 +60,18 @@ pub fn walk_indirect_lx(
 /// Returns two parts in lx and the number of rays: what samples taken at the receiver find, and what arrives along the direction given by
 /// two variates in [0, 1).
 #[inline]
-pub fn walk_parts_lx(
+pub fn walk_parts_lx<C: Cache>(
     world: &World,
     receiver: &Receiver,
     variates: [f64; 2],
-    cache: &mut impl Cache,
+    cache: &mut C,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let (near_lx, near_rays) = world.near_luminaires.as_ref().map_or((0.0, 0), |lights| {
-        let point = ConnectingPoint::receiver((receiver.point_m, receiver.normal), receiver.origin);
+        let place = (receiver.point_m, receiver.normal);
+        let point = ConnectingPoint::receiver(place, receiver.origin, in_sight::<C>(world, lights));
         from_near_luminaires_lx((world, lights), &point, 1.0, cache, stream)
     });
     let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
@@ -93,22 +94,22 @@ pub fn arriving_lx(
 
 /// The same beside packets of near luminaires that were drawn for another point in m.
 #[inline]
-pub fn arriving_beside_packets_lx(
+pub fn arriving_beside_packets_lx<C: Cache>(
     world: &World,
     (receiver, drawn_for_m): (&Receiver, DVec3),
     variates: [f64; 2],
-    cache: &mut impl Cache,
+    cache: &mut C,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let place = (receiver.point_m, receiver.normal);
-    let connected_from = world.near_luminaires.as_ref();
-    let connected_from = connected_from.map(|_| ConnectedFrom { place, drawn_for_m, met: None, lands_twice: false });
+    let connected_from =
+        |lights| ConnectedFrom { place, drawn_for_m, met: None, sends: 1.0, later: in_sight::<C>(world, lights) };
     let start = Start {
         origin: *receiver.origin,
         direction: cosine_hemisphere(receiver.normal, variates),
         trail: trail_from(world, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
-        connected_from,
+        connected_from: world.near_luminaires.as_ref().map(connected_from),
     };
     follow_lm_m2(world, start, |_, _| [1.0; 2], cache, cut, stream)
 }
@@ -232,6 +233,11 @@ fn follow_lm_m2(
     (walk.sum_lm_m2, walk.rays)
 }
 
+/// Later landings to which receivers connect. Light from sheets is in caches that supply light.
+fn in_sight<C: Cache>(world: &World, lights: &NearLuminaires) -> LaterLandings {
+    if C::SUPPLIES { LaterLandings::None } else { lights.later_landings_of_receivers(world) }
+}
+
 /// Whether vertices of walks on a surface connect to packets of near luminaires.
 fn connects<C: Cache>(bsdf: &Bsdf) -> bool {
     match bsdf {
@@ -300,8 +306,9 @@ impl Walk<'_> {
         if shares == [0.0; 2] && matches!(bsdf, Bsdf::Diffuse(_)) {
             return false;
         }
+        let is_sheet = matches!(bsdf, Bsdf::Translucent(_));
         // Light that a sheet transmits has arrived at its other side.
-        let shares_behind = if matches!(bsdf, Bsdf::Translucent(_)) { shares_of(-normal) } else { shares };
+        let shares_behind = if is_sheet { shares_of(-normal) } else { shares };
         let from = self.connected_from.filter(|_| matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::Translucent(_)));
         let vertex = Vertex {
             world,
@@ -323,7 +330,9 @@ impl Walk<'_> {
                 return false;
             }
         }
-        let met = from.and_then(|from| from.meets(|| (world.tracer.position_m(&origin), normal)));
+        let met = from
+            .zip(world.near_luminaires.as_ref())
+            .and_then(|(from, lights)| lights.meets(&from, is_sheet, || (world.tracer.position_m(&origin), normal)));
         let (direct_lm_m2, direct_rays) = match bsdf {
             Bsdf::Diffuse(bsdf) => {
                 let tell = |event: WalkEvent| {
@@ -340,9 +349,9 @@ impl Walk<'_> {
         self.sum_lm_m2 += self.weight * direct_lm_m2;
         self.rays += direct_rays;
         if let Some(lights) = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)) {
-            let behind = matches!(bsdf, Bsdf::Translucent(_)).then(|| world.leave(hit, LobeKind::SpreadThrough));
-            let second = (met, lights.lands_twice());
-            let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref(), second);
+            let behind = is_sheet.then(|| world.leave(hit, LobeKind::SpreadThrough));
+            let later = (met, lights.later_landings());
+            let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref(), later);
             let (near_lx, near_rays) = from_near_luminaires_lx((world, lights), &point, self.weight, cache, stream);
             self.sum_lm_m2 += self.weight * near_lx;
             self.rays += near_rays;
@@ -379,8 +388,11 @@ impl Walk<'_> {
         };
         let here = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)).map(|lights| {
             let point_m = world.tracer.position_m(vertex.origin);
-            let left = if scattered.lobe == LobeKind::SpreadThrough { -normal } else { normal };
-            ConnectedFrom { place: (point_m, left), drawn_for_m: point_m, met, lands_twice: lights.lands_twice() }
+            let [reflected, passed] = bsdf.diffuse_shares();
+            let is_through = scattered.lobe == LobeKind::SpreadThrough;
+            let (left, sends) = if is_through { (-normal, passed) } else { (normal, reflected) };
+            let place = (point_m, left);
+            ConnectedFrom { place, drawn_for_m: point_m, met, sends, later: lights.later_landings() }
         });
         if scattered.lobe.leads_through() {
             self.origin = world.leave(hit, scattered.lobe);

@@ -119,7 +119,11 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
 /// Returns the samples of each half for direct light with random error: more where gloss is seen, few after the run has been ended.
 pub fn samples_until(entries: &Entries, stop: Stop) -> u64 {
     let gloss = entries.lines_of_sight.as_ref().and_then(|lines| lines.gloss);
-    if stop() { DIRECT_SAMPLES[1] } else { gloss.map_or(DIRECT_SAMPLES[0], |gloss| gloss.checks.max(DIRECT_SAMPLES[0])) }
+    if stop() {
+        DIRECT_SAMPLES[1]
+    } else {
+        gloss.map_or(DIRECT_SAMPLES[0], |gloss| gloss.checks.max(DIRECT_SAMPLES[0]))
+    }
 }
 
 /// Measures the error of direct light. For every chosen point it multiplies the deviations from two independent estimates. The mean of

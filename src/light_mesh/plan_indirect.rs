@@ -266,8 +266,7 @@ impl<'a> Planner<'a> {
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
-        let of_chance_lx2 =
-            mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
+        let of_chance_lx2 = mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
         let rays_per_walk = effort.gather.walk_rays as f64 / walks.max(1.0);
         Some(Trial {

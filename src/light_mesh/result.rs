@@ -4,8 +4,8 @@ use super::classes::{CLASSES, Classes, kind, squares_lx2_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
-    choose, measure_direct, samples_until,
+    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, choose,
+    measure_direct, samples_until,
 };
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};

@@ -135,9 +135,8 @@ mod tests {
             let averages: Vec<RemainingInAverage> =
                 (0..ROWS).map(|row| RemainingInAverage::of(residuals, error, sites(row))).collect();
             for (row, remaining_lx) in remaining_lx_by_average(&averages).into_iter().enumerate() {
-                let average_lx = |replica: usize| {
-                    sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64
-                };
+                let average_lx =
+                    |replica: usize| sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64;
                 let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
                 let spread_lx = within_halves(average_lx).sqrt();
                 for (held, remaining_lx) in held.iter_mut().zip([remaining_lx, 0.0]) {

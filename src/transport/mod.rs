@@ -19,7 +19,8 @@ use glam::DVec3;
 pub use mirrors::Mirrors;
 pub use near_luminaires::NearLuminaires;
 pub use packets::{
-    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
+    ConnectedFrom, ConnectingPoint, ConnectingSide, LaterLandings, MetFrom, PacketConnection, PointAndNormal,
+    SampledPlace,
 };
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use roulette::Roulette;
@@ -61,6 +62,7 @@ pub struct World {
     bodies: Vec<Arc<Body>>,
     bsdfs: Vec<Bsdf>,
     has_panes: bool,
+    has_sheets: bool,
     has_lobes: bool,
 }
 
@@ -143,6 +145,7 @@ impl World {
             triangles.iter().any(|triangle: &TriangleOptics| bsdf(&bsdfs[triangle.bsdf as usize]))
         };
         let has_panes = is_used(&|bsdf| matches!(bsdf, Bsdf::Glass(_)));
+        let has_sheets = is_used(&|bsdf| matches!(bsdf, Bsdf::Translucent(_)));
         let has_lobes = triangles.iter().any(|triangle| scene.materials[triangle.bsdf as usize].bsdf.has_lobe());
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &bsdfs, &emitters);
@@ -162,6 +165,7 @@ impl World {
             bodies: scene.bodies.clone(),
             bsdfs,
             has_panes,
+            has_sheets,
             has_lobes,
         };
         unlit::mark_unlit(scene, &mut world);
@@ -275,6 +279,11 @@ impl World {
     /// Whether light passes panes of glass anywhere.
     pub fn has_panes(&self) -> bool {
         self.has_panes
+    }
+
+    /// Whether any surface scatters light to its other side.
+    pub fn has_sheets(&self) -> bool {
+        self.has_sheets
     }
 
     /// Whether any surface sends light on unscattered: mirrors and panes.

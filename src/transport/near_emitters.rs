@@ -66,6 +66,12 @@ impl NearEmitters {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
+    /// Probability that a packet drawn in proportion to flux comes from an emitter, over that emitter's flux in lm.
+    #[inline]
+    pub fn drawn_by_flux_per_lm(&self) -> f64 {
+        1.0 / self.luminous_flux_lm()
+    }
+
     /// Draws one for a point in m by a variate in [0, 1). Returns its number and the probability of the draw over its flux in lm.
     #[inline]
     pub fn draw(&self, from_m: DVec3, variate: f64) -> (u32, f64) {

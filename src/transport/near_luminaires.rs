@@ -3,7 +3,7 @@
 //! A walk meets a surface point in proportion to its view factor per area, K = cos θ cos θ′/(π d²). A packet of a near luminaire meets it
 //! in proportion to the illuminance there over the flux, E/Φ. Where E/Φ is far above K, light samples from walk vertices have a heavy tail.
 //! The tail may even seem absent, because no walk has met the spot yet. So walks also draw a packet and connect to the point where it
-//! lands: see [`super::packets`]. Where surfaces near the luminaire face each other, they also connect to where it lands next.
+//! lands: see [`super::packets`]. Where surfaces near the luminaire face each other, they also connect to where it lands after that.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,9 @@ use glam::DVec3;
 
 use super::World;
 use super::near_emitters::{NearEmitter, NearEmitters};
-use super::packets::{ConnectedFrom, ConnectingPoint, LitSpot, PacketConnection, PointAndNormal, SampledPlace};
+use super::packets::{
+    ConnectedFrom, ConnectingPoint, LaterLandings, LitSpot, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
+};
 use super::sides_by_area::{SidesByArea, TriangleSide};
 use crate::geometry::Meeting;
 use crate::sampling::random::{Purpose, Stream};
@@ -38,10 +40,10 @@ const NEAR: f64 = 2.0;
 /// Mean of that ratio over all packets from which on packets are worth their rays. Packets that arrive from farther away add nothing to the
 /// mean. The variance of light samples grows with it.
 const LEAST_MEAN: f64 = 1.0;
-/// The same for packets that the lit surface reflects, where they land next: mean, times both reflectances, of the ratio of the harmonic
-/// sum of both densities to K. (Of 21 made-up rooms with near lamps, 19 from 0.026 to 1.5 took 0.43 to 1.05 of the work with second
-/// landings. Two below 0.01 took 1.0 and 1.2 of the rays.)
-const LEAST_MEAN_OF_SECOND: f64 = 0.015;
+/// The same for packets that the lit surface sends on, where they land next: mean, times the share that this surface sends on, of the ratio
+/// of the harmonic sum of both densities to K. (Of 21 made-up rooms with near lamps, 19 from 0.013 to 0.75 took 0.43 to 1.05 of the work
+/// with second landings. Two below 0.005 took 1.0 and 1.2 of the rays.)
+const LEAST_MEAN_OF_SECOND: f64 = 0.0075;
 /// Ratio from which on slopes of elements cannot show a spot. It corresponds to a thirtieth of that distance.
 const TOUCHING: f64 = 225.0;
 /// The result of this search affects only probability densities, so it is the same for all seeds.
@@ -53,8 +55,8 @@ pub struct NearLuminaires {
     emitters: NearEmitters,
     /// Whether one of them nearly touches a surface.
     touch: bool,
-    /// Whether packets that land twice are worth their rays.
-    lands_twice: bool,
+    /// Whether packets that surfaces send on are worth their rays.
+    lands_again: bool,
     rays: u64,
 }
 
@@ -124,9 +126,9 @@ impl NearLuminaires {
         };
         let numbers = (0..emitters.len() as u32).filter(|number| is_near[*number as usize]);
         let near_emitters = NearEmitters::new(numbers.map(near_emitter).collect(), emitters.len());
-        let (lands_twice, second_rays) = are_second_landings_worth_it(world, &near_emitters, distance_m);
-        let rays = rays + distance_rays + second_rays;
-        Some(NearLuminaires { emitters: near_emitters, touch, lands_twice, rays })
+        let (lands_again, later_rays) = are_later_landings_worth_it(world, &near_emitters, distance_m);
+        let rays = rays + distance_rays + later_rays;
+        Some(NearLuminaires { emitters: near_emitters, touch, lands_again, rays })
     }
 
     /// Numbers of the luminaires to which the near emitters belong.
@@ -153,10 +155,16 @@ impl NearLuminaires {
         self.emitters.contains(emitter)
     }
 
-    /// Whether points along a walk also connect to where packets land after they were reflected once: docs/methods.md (55).
+    /// Landings to which points along a walk also connect, after surfaces have sent packets on: docs/methods.md (55).
     #[inline]
-    pub fn lands_twice(&self) -> bool {
-        self.lands_twice
+    pub fn later_landings(&self) -> LaterLandings {
+        if self.lands_again { LaterLandings::All } else { LaterLandings::None }
+    }
+
+    /// The same for receivers: sheets alone. Neighbours share the light from points that scatter it only to one side.
+    #[inline]
+    pub fn later_landings_of_receivers(&self, world: &World) -> LaterLandings {
+        if self.lands_again && world.has_sheets() { LaterLandings::OnSheets } else { LaterLandings::None }
     }
 
     /// Density in 1/m² of packets of an emitter at a point, if they are drawn for another point in m: docs/methods.md (42). 0 if the emitter
@@ -192,15 +200,48 @@ impl NearLuminaires {
             return PacketConnection::nothing(rays);
         };
         let found = self.connect_to_spot(world, &spot, to);
-        let (landing, landing_rays) = if to.lands_twice { spot.land_again(world, stream) } else { (None, 0) };
-        let (second_lx, second_rays) =
-            landing.map_or((0.0, 0), |landing| spot.seen_by_second_landing(world, &self.emitters, &landing, to));
-        PacketConnection { rays: rays + found.rays + landing_rays + second_rays, second_lx, ..found }
+        let (later_lx, later_rays) = self.connect_to_later_landings(world, &spot, to, stream);
+        PacketConnection { rays: rays + found.rays + later_rays, later_lx, ..found }
+    }
+
+    /// One weighted sample of the illuminance of a point in lx by way of where a packet lands after its spot has sent it on, and the number
+    /// of rays.
+    pub fn connect_to_later_landings(
+        &self,
+        world: &World,
+        spot: &LitSpot,
+        to: &ConnectingPoint,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        if to.later == LaterLandings::None {
+            return (0.0, 0);
+        }
+        let (mut landed, mut rays) = spot.land_again(world, &self.emitters, stream);
+        let mut sum_lx = 0.0;
+        while let Some(packet) = landed {
+            let (lx, shadow_rays) = packet.seen_from(world, &self.emitters, to);
+            sum_lx += lx;
+            let (next, next_rays) = packet.land_again(world, &self.emitters, stream);
+            landed = next;
+            rays += shadow_rays + next_rays;
+        }
+        (sum_lx, rays)
+    }
+
+    /// How a walk from a point where it made a connection meets a place. `None` if later landings there are not connected to from the point.
+    #[inline]
+    pub fn meets(
+        &self,
+        from: &ConnectedFrom,
+        is_sheet: bool,
+        place: impl FnOnce() -> PointAndNormal,
+    ) -> Option<MetFrom> {
+        from.meets(&self.emitters, is_sheet, place)
     }
 
     /// One weighted sample of the illuminance of a point in lx from the spot of a packet that was drawn for it or for its neighbours.
     pub fn connect_to_spot(&self, world: &World, spot: &LitSpot, to: &ConnectingPoint) -> PacketConnection {
-        spot.seen_from(world, &self.emitters, to)
+        spot.seen_from(world, to)
     }
 
     /// The spot that a packet of a near luminaire lights, drawn for a point in m, and the number of rays traced. `None` if the packet
@@ -216,7 +257,7 @@ impl NearLuminaires {
 
 /// Whether near luminaires light surfaces that are close to each other, so that walks hardly ever find what is reflected there twice; and
 /// the number of rays traced.
-fn are_second_landings_worth_it(world: &World, near: &NearEmitters, distance_m: f64) -> (bool, u64) {
+fn are_later_landings_worth_it(world: &World, near: &NearEmitters, distance_m: f64) -> (bool, u64) {
     let facing_per_m2 = 1.0 / (PI * distance_m * distance_m);
     let mut stream = Stream::new(SEED, Purpose::Pilot, 3, 0);
     let (mut sum, mut rays) = (0.0, 0);
@@ -225,10 +266,10 @@ fn are_second_landings_worth_it(world: &World, near: &NearEmitters, distance_m: 
         let (spot, spot_rays) = LitSpot::land(world, near.draw_by_flux(stream.fine_unit()), &mut stream);
         rays += spot_rays;
         let Some(spot) = spot else { continue };
-        let (landing, landing_rays) = spot.land_again(world, &mut stream);
+        let (landing, landing_rays) = spot.land_again(world, near, &mut stream);
         rays += landing_rays;
         let Some(landing) = landing else { continue };
-        let ratio = spot.ratio_at(world, &landing, facing_per_m2);
+        let ratio = landing.ratio_to(world, facing_per_m2);
         sum += if ratio > NEAR { landing.leaving() * ratio } else { 0.0 };
     }
     (sum > LEAST_MEAN_OF_SECOND * REFLECTED_PACKETS as f64, rays)

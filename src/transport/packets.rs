@@ -1,10 +1,10 @@
 //! Packets of near emitters: where they land, and what a point receives from there.
 //!
-//! A path from a walk's point z by way of a surface point x to an emitter is found in two ways: the walk meets x and takes a light sample
-//! there, or z connects to a packet that landed at x. A path from z by way of y and x is found in three ways: the walk meets both, or it
-//! meets y and connects to x, or z connects to a packet that was reflected at x and landed at y. Each way counts with the share of its
-//! density (multiple importance sampling: Veach and Guibas, 1995, "Optimally combining sampling techniques for Monte Carlo rendering"): see
-//! docs/methods.md (42) and (55).
+//! A path from a walk's point to an emitter is found in several ways: the walk meets all of its surface points and takes a light sample at
+//! the last one, or it meets some of them and then connects to a packet that has landed at all the others, from surface to surface. Each
+//! way counts with the share of its density (multiple importance sampling: Veach and Guibas, 1995, "Optimally combining sampling techniques
+//! for Monte Carlo rendering"): see docs/methods.md (42) and (55). Between two surface points that both a walk and a packet may meet, both
+//! densities are the same, so it takes only running sums to weigh all ways.
 
 use std::f64::consts::PI;
 
@@ -17,8 +17,30 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
 
+/// Factor on the probability with which a surface that a packet has met sends it on. Packets in a lampshade would go on for long.
+const GOES_ON: f64 = 0.5;
+
 /// A surface or receiver point in m and its unit normal.
 pub type PointAndNormal = (DVec3, DVec3);
+
+/// Later landings of packets, after the first, to which a point connects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaterLandings {
+    None,
+    OnSheets,
+    All,
+}
+
+impl LaterLandings {
+    #[inline]
+    fn include(self, is_sheet: bool) -> bool {
+        match self {
+            LaterLandings::None => false,
+            LaterLandings::OnSheets => is_sheet,
+            LaterLandings::All => true,
+        }
+    }
+}
 
 /// A point from which a light-path connection to a packet has been made.
 #[derive(Clone, Copy, Debug)]
@@ -27,27 +49,53 @@ pub struct ConnectedFrom {
     pub place: PointAndNormal,
     /// The point in m for which the packet's emitter was drawn.
     pub drawn_for_m: DVec3,
-    /// How the walk met the point. `None` if the point before it makes no connections to second landings.
+    /// How the walk met the point. `None` if the point before it makes no connections to later landings there.
     pub met: Option<MetFrom>,
-    /// Whether it makes connections to second landings of packets too.
-    pub lands_twice: bool,
+    /// Share of the light that the point sends on along the walk; 1 for receivers.
+    pub sends: f64,
+    /// To which later landings of packets it connects too.
+    pub later: LaterLandings,
 }
 
-/// How a walk met a point, coming from a point that makes connections to second landings of packets.
+/// How a walk met a point, coming from a point that makes connections to later landings of packets.
 #[derive(Clone, Copy, Debug)]
 pub struct MetFrom {
-    /// Density in 1/m² with which walks meet it.
-    met_per_m2: f64,
-    /// The point in m for which the emitter of the packet was drawn.
-    drawn_for_m: DVec3,
+    /// Probability over flux of packets drawn by flux, over the density of walks at the point, in m²/lm.
+    drawn_m2_per_lm: f64,
+    /// [`MetFrom::density_per_lx`] of the point before.
+    before_per_lx: f64,
+}
+
+impl MetFrom {
+    /// Density of packets that land at the point, and of those that land at points of the walk before it, over that of walks that meet them,
+    /// for an illuminance of 1 lx at the spot. The surfaces between the spot and the point send on all light; the point sends on the share
+    /// `sends`.
+    #[inline]
+    fn density_per_lx(&self, sends: f64) -> f64 {
+        GOES_ON * (self.drawn_m2_per_lm + sends * self.before_per_lx)
+    }
 }
 
 impl ConnectedFrom {
-    /// How a walk from here meets a place. `None` if no connections to second landings are made here, or if they do not see the place.
+    /// How a walk from here meets a place. `None` if no connections to later landings there are made here, or if they do not see the place.
     #[inline]
-    pub fn meets(&self, place: impl FnOnce() -> PointAndNormal) -> Option<MetFrom> {
-        let met_per_m2 = if self.lands_twice { seen_per_m2(place(), self.place) } else { 0.0 };
-        (met_per_m2 > 0.0).then_some(MetFrom { met_per_m2, drawn_for_m: self.drawn_for_m })
+    pub(super) fn meets(
+        &self,
+        near: &NearEmitters,
+        is_sheet: bool,
+        place: impl FnOnce() -> PointAndNormal,
+    ) -> Option<MetFrom> {
+        let met_per_m2 = if self.later.include(is_sheet) { seen_per_m2(place(), self.place) } else { 0.0 };
+        (met_per_m2 > 0.0).then(|| MetFrom {
+            drawn_m2_per_lm: near.drawn_by_flux_per_lm() / met_per_m2,
+            before_per_lx: self.density_per_lx(),
+        })
+    }
+
+    /// The same density for walks that go on from here.
+    #[inline]
+    fn density_per_lx(&self) -> f64 {
+        self.met.map_or(0.0, |met| met.density_per_lx(self.sends))
     }
 }
 
@@ -56,8 +104,8 @@ impl ConnectedFrom {
 pub struct PacketConnection {
     /// Illuminance of the start point, in lx.
     pub lx: f64,
-    /// Illuminance of the start point by way of the packet's second landing, in lx.
-    pub second_lx: f64,
+    /// Illuminance of the start point by way of the packet's later landings, in lx.
+    pub later_lx: f64,
     /// Rays traced.
     pub rays: u64,
     /// Density in 1/m², at the spot, of walks from the start point.
@@ -68,7 +116,7 @@ pub struct PacketConnection {
 
 impl PacketConnection {
     pub(super) fn nothing(rays: u64) -> PacketConnection {
-        PacketConnection { lx: 0.0, second_lx: 0.0, rays, met_per_m2: 0.0, lit_per_m2: 0.0 }
+        PacketConnection { lx: 0.0, later_lx: 0.0, rays, met_per_m2: 0.0, lit_per_m2: 0.0 }
     }
 }
 
@@ -89,7 +137,9 @@ pub struct ConnectingSide<'a> {
     pub place: PointAndNormal,
     /// The point for the tracer.
     pub origin: &'a Origin,
-    /// Factor by which its illuminance counts.
+    /// Share of its light that it sends on along the walk; 1 for receivers.
+    pub sends: f64,
+    /// Factor by which that light counts.
     pub factor: f64,
 }
 
@@ -100,17 +150,17 @@ pub struct ConnectingPoint<'a> {
     pub front: ConnectingSide<'a>,
     /// The other side of the sheet.
     pub behind: Option<ConnectingSide<'a>>,
-    /// How a walk met the point. `None` if the point before it makes no connections to second landings.
+    /// How a walk met the point. `None` if the point before it makes no connections to later landings there.
     pub met: Option<MetFrom>,
-    /// Whether it connects to second landings too.
-    pub lands_twice: bool,
+    /// To which later landings it connects too.
+    pub later: LaterLandings,
 }
 
 impl<'a> ConnectingPoint<'a> {
-    /// A receiver. It connects to first landings alone.
-    pub fn receiver(place: PointAndNormal, origin: &'a Origin) -> ConnectingPoint<'a> {
-        let front = ConnectingSide { place, origin, factor: 1.0 };
-        ConnectingPoint { front, behind: None, met: None, lands_twice: false }
+    /// A receiver.
+    pub fn receiver(place: PointAndNormal, origin: &'a Origin, later: LaterLandings) -> ConnectingPoint<'a> {
+        let front = ConnectingSide { place, origin, sends: 1.0, factor: 1.0 };
+        ConnectingPoint { front, behind: None, met: None, later }
     }
 
     /// The side that faces a point in m.
@@ -118,6 +168,11 @@ impl<'a> ConnectingPoint<'a> {
         let (front_m, normal) = self.front.place;
         let behind = self.behind.as_ref().filter(|_| (point_m - front_m).dot(normal) < 0.0);
         behind.unwrap_or(&self.front)
+    }
+
+    /// Density of packets that land here or before on the walk: [`MetFrom::density_per_lx`].
+    fn density_per_lx(&self, side: &ConnectingSide) -> f64 {
+        self.met.map_or(0.0, |met| met.density_per_lx(side.sends))
     }
 }
 
@@ -148,11 +203,19 @@ pub struct LitSpot {
     landing: Landing,
 }
 
-/// Surface point where a packet has landed after its spot has reflected it.
-pub struct SecondLanding {
-    /// The side of the spot from which it came.
+/// A packet at a landing after its first one, and what weighs the paths to there.
+pub struct LandedAgain<'a> {
+    spot: &'a LitSpot,
+    /// Illuminance of the emitter at the spot in lx.
+    lit_lx: f64,
+    /// The side from which it left the landing before.
     from: LeavingSide,
     landing: Landing,
+    /// Product of the shares that all surfaces before this one have sent on, and that of the factors on their probabilities.
+    sent: f64,
+    continued: f64,
+    /// Density of all ways of finding the path so far, over that of walks that meet all of its points.
+    found: f64,
 }
 
 impl Landing {
@@ -185,6 +248,11 @@ impl Landing {
         }
     }
 
+    /// The point in m, and the normal of the side on which the packet has landed.
+    fn place(&self, world: &World) -> PointAndNormal {
+        self.side(world, LobeKind::Spread).place
+    }
+
     /// The side from which light leaves in a direction of this kind.
     fn side(&self, world: &World, lobe: LobeKind) -> LeavingSide {
         let origin = world.leave(&self.hit, lobe);
@@ -201,6 +269,19 @@ impl Landing {
         let front = self.side(world, LobeKind::Spread);
         let is_behind = self.is_sheet && (point_m - front.place.0).dot(self.normal) < 0.0;
         if is_behind { self.side(world, LobeKind::SpreadThrough) } else { front }
+    }
+
+    /// The side from which a packet leaves, if the surface sends it on, and where it lands next; and the number of rays traced.
+    fn send_on(&self, world: &World, stream: &mut Stream) -> (Option<(LeavingSide, Landing)>, u64) {
+        let [reflected, passed] = self.shares;
+        let fate = stream.unit() / GOES_ON;
+        if fate >= reflected + passed {
+            return (None, 0);
+        }
+        let from = self.side(world, if fate < reflected { LobeKind::Spread } else { LobeKind::SpreadThrough });
+        let direction = cosine_hemisphere(from.place.1, stream.pair());
+        let (landing, rays) = Landing::of(world, from.origin, direction, stream);
+        (landing.map(|landing| (from, landing)), rays)
     }
 }
 
@@ -235,101 +316,96 @@ impl LitSpot {
     }
 
     /// Illuminance that a point receives from the spot, times its factor. It is weighted against walks that meet the spot from the point,
-    /// and against second landings at the point, if walks met it from where these count. Its rays are those that test visibility.
-    pub fn seen_from(&self, world: &World, near: &NearEmitters, to: &ConnectingPoint) -> PacketConnection {
-        let (side, met) = (self.landing.side_towards(world, to.front.place.0), to.met);
-        let to = to.facing(side.place.0);
-        let found = self.unoccluded(world, near, &side, to.place, met, self.drawn_per_lm);
-        if found.lx <= 0.0 || to.factor <= 0.0 {
-            return PacketConnection { lx: 0.0, ..found };
-        }
-        let passed = world.transmittance(to.origin, &side.origin);
-        PacketConnection { lx: to.factor * passed * found.lx, rays: 1, ..found }
-    }
-
-    /// The same for one side without occlusion and factor. Packets for the point are drawn with a probability of `drawn_per_lm`, over the
-    /// emitter's flux in lm.
-    fn unoccluded(
-        &self,
-        world: &World,
-        near: &NearEmitters,
-        side: &LeavingSide,
-        to: PointAndNormal,
-        met: Option<MetFrom>,
-        drawn_per_lm: f64,
-    ) -> PacketConnection {
-        let (met_per_m2, lit_lx) = (seen_per_m2(side.place, to), self.lit(world, side.place.0).1);
+    /// and against later landings at the point, if walks met it from where these count. Its rays are those that test visibility.
+    pub fn seen_from(&self, world: &World, to: &ConnectingPoint) -> PacketConnection {
+        let side = self.landing.side_towards(world, to.front.place.0);
+        let to_side = to.facing(side.place.0);
+        let (lit_per_m2, lit_lx) = self.lit(world, side.place.0);
+        let met_per_m2 = seen_per_m2(side.place, to_side.place);
         if side.share <= 0.0 || met_per_m2 <= 0.0 || lit_lx <= 0.0 {
             return PacketConnection::nothing(0);
         }
-        let second = met.map_or(0.0, |met| met.second_per_lm(near, self.emitter, side.share, met_per_m2));
-        let all_per_m2 = met_per_m2 + world.roulette.connection_chance * lit_lx * (drawn_per_lm + second);
-        let lx = lit_lx * side.share * met_per_m2 / all_per_m2;
-        PacketConnection { lx, met_per_m2, lit_per_m2: lit_lx * drawn_per_lm, ..PacketConnection::nothing(0) }
-    }
-
-    /// Where the packet lands next, if its spot reflects or transmits it, and the number of rays traced.
-    pub fn land_again(&self, world: &World, stream: &mut Stream) -> (Option<SecondLanding>, u64) {
-        let [reflected, passed] = self.landing.shares;
-        let fate = stream.unit();
-        if fate >= reflected + passed {
-            return (None, 0);
+        let found = PacketConnection { met_per_m2, lit_per_m2, ..PacketConnection::nothing(0) };
+        if to_side.factor <= 0.0 {
+            return found;
         }
-        let lobe = if fate < reflected { LobeKind::Spread } else { LobeKind::SpreadThrough };
-        let from = self.landing.side(world, lobe);
-        let direction = cosine_hemisphere(from.place.1, stream.pair());
-        let (landing, rays) = Landing::of(world, from.origin, direction, stream);
-        (landing.map(|landing| SecondLanding { from, landing }), rays)
+        let later = lit_lx * side.share * to.density_per_lx(to_side);
+        let all = 1.0 + world.roulette.connection_chance * (lit_per_m2 / met_per_m2 + later);
+        let passed = world.transmittance(to_side.origin, &side.origin);
+        PacketConnection { lx: to_side.factor * passed * lit_lx * side.share / all, rays: 1, ..found }
     }
 
-    /// Illuminance that a point receives by way of a second landing in lx, times its factor, and the number of rays that test visibility. It
-    /// is weighted against walks from the point that meet the landing.
-    pub fn seen_by_second_landing(
+    /// The packet where it lands next, if its spot sends it on, and the number of rays traced.
+    pub fn land_again(
         &self,
         world: &World,
         near: &NearEmitters,
-        second: &SecondLanding,
-        to: &ConnectingPoint,
-    ) -> (f64, u64) {
-        let side = second.landing.side_towards(world, to.front.place.0);
-        let drawn_for_m = to.front.place.0;
-        let to = to.facing(side.place.0);
-        let met_per_m2 = seen_per_m2(side.place, to.place);
-        if met_per_m2 <= 0.0 || side.share <= 0.0 || to.factor <= 0.0 {
-            return (0.0, 0);
-        }
-        let (landed_m, _) = side.place;
-        let met = Some(MetFrom { met_per_m2, drawn_for_m });
-        let drawn_per_lm = near.drawn_per_lm(self.emitter, landed_m);
-        let found = self.unoccluded(world, near, &second.from, (landed_m, second.landing.normal), met, drawn_per_lm);
-        if found.lx <= 0.0 {
-            return (0.0, 0);
-        }
-        (to.factor * side.share * found.lx * world.transmittance(to.origin, &side.origin), 1)
-    }
-
-    /// Ratio to a density in 1/m² of the harmonic sum of two: that of packets at the spot, and that of reflected packets at the landing.
-    pub fn ratio_at(&self, world: &World, second: &SecondLanding, per_m2: f64) -> f64 {
-        let (lit_per_m2, _) = self.lit(world, second.from.place.0);
-        let landed_m = second.landing.side(world, LobeKind::Spread).place.0;
-        let between_per_m2 = seen_per_m2(second.from.place, (landed_m, second.landing.normal));
-        1.0 / (per_m2 / lit_per_m2 + per_m2 / between_per_m2)
+        stream: &mut Stream,
+    ) -> (Option<LandedAgain<'_>>, u64) {
+        let (next, rays) = self.landing.send_on(world, stream);
+        let landed = next.and_then(|(from, landing)| {
+            let (_, lit_lx) = self.lit(world, from.place.0);
+            let place = landing.place(world);
+            let drawn_m2_per_lm = near.drawn_per_lm(self.emitter, place.0) / seen_per_m2(from.place, place);
+            let found = 1.0 + world.roulette.connection_chance * lit_lx * drawn_m2_per_lm;
+            let sent = from.share;
+            let landed = LandedAgain { spot: self, lit_lx, from, landing, sent, continued: GOES_ON, found };
+            found.is_finite().then_some(landed)
+        });
+        (landed, rays)
     }
 }
 
-impl SecondLanding {
+impl LandedAgain<'_> {
+    /// Illuminance that a point receives from this landing in lx, times its factor, and the number of rays that test visibility. It is
+    /// weighted against walks that meet all or some of the packet's landings, and against later landings at the point.
+    pub fn seen_from(&self, world: &World, near: &NearEmitters, to: &ConnectingPoint) -> (f64, u64) {
+        if !to.later.include(self.landing.is_sheet) {
+            return (0.0, 0);
+        }
+        let side = self.landing.side_towards(world, to.front.place.0);
+        let to_side = to.facing(side.place.0);
+        let met_per_m2 = seen_per_m2(side.place, to_side.place);
+        if met_per_m2 <= 0.0 || side.share <= 0.0 || to_side.factor <= 0.0 {
+            return (0.0, 0);
+        }
+        let drawn_per_lm = near.drawn_by_flux_per_lm();
+        let others_m2_per_lm = drawn_per_lm / met_per_m2 + side.share * to.density_per_lx(to_side);
+        let all = self.found + self.density_lx(world) * others_m2_per_lm;
+        let weight = drawn_per_lm / (self.spot.drawn_per_lm * all);
+        let lx = self.lit_lx * self.sent * side.share * weight;
+        (to_side.factor * lx * world.transmittance(to_side.origin, &side.origin), 1)
+    }
+
+    /// Density of connections to packets here over that of walks, times what [`MetFrom::density_per_lx`] and the like are per.
+    fn density_lx(&self, world: &World) -> f64 {
+        world.roulette.connection_chance * self.lit_lx * self.sent * self.continued
+    }
+
+    /// The packet where it lands next, if this surface sends it on, and the number of rays traced.
+    pub fn land_again(mut self, world: &World, near: &NearEmitters, stream: &mut Stream) -> (Option<Self>, u64) {
+        let (next, rays) = self.landing.send_on(world, stream);
+        let landed = next.and_then(|(from, landing)| {
+            let met_per_m2 = seen_per_m2(from.place, landing.place(world));
+            self.found += self.density_lx(world) * near.drawn_by_flux_per_lm() / met_per_m2;
+            self.sent *= from.share;
+            self.continued *= GOES_ON;
+            (self.from, self.landing) = (from, landing);
+            self.found.is_finite().then_some(self)
+        });
+        (landed, rays)
+    }
+
+    /// Ratio to a density in 1/m² of the harmonic sum of two: that of packets at the spot, and that of reflected packets here.
+    pub fn ratio_to(&self, world: &World, per_m2: f64) -> f64 {
+        let lit_per_m2 = self.lit_lx * self.spot.drawn_per_lm;
+        let between_per_m2 = seen_per_m2(self.from.place, self.landing.place(world));
+        1.0 / (per_m2 / lit_per_m2 + per_m2 / between_per_m2)
+    }
+
     /// Share of the light that the surface sends on, to both sides together.
     pub fn leaving(&self) -> f64 {
         self.landing.shares.iter().sum()
-    }
-}
-
-impl MetFrom {
-    /// Density of second landings relative to that of walks that met the point, per illuminance in lx at a spot that the point sees with the
-    /// density `seen_per_m2`, in 1/m², and that sends on the share `leaving`.
-    #[inline]
-    fn second_per_lm(&self, near: &NearEmitters, emitter: u32, leaving: f64, seen_per_m2: f64) -> f64 {
-        leaving * near.drawn_per_lm(emitter, self.drawn_for_m) * seen_per_m2 / self.met_per_m2
     }
 }
 
@@ -344,9 +420,9 @@ impl SampledPlace {
             return 1.0;
         }
         let lx = world.emitters.list()[emitter as usize].unshadowed_lx(self.lit.0, self.lit.1);
-        let second = from.met.map_or(0.0, |met| met.second_per_lm(near, emitter, self.leaving, met_per_m2));
-        let drawn_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m);
-        met_per_m2 / (met_per_m2 + world.roulette.connection_chance * lx * (drawn_per_lm + second))
+        let drawn_m2_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m) / met_per_m2;
+        let others_m2_per_lm = drawn_m2_per_lm + self.leaving * from.density_per_lx();
+        1.0 / (1.0 + world.roulette.connection_chance * lx * others_m2_per_lm)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Walks and packets that land twice find the same light, each path once.
+//! Walks and packets that land again find the same light, each path once.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::estimators::receiver::Receiver;
 use crate::estimators::walks_in_a_box::EmptyBox;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::transport::{NearLuminaires, World};
+use crate::transport::{LaterLandings, World};
 
 const EDGE_M: f64 = 3.0;
 const CUBE: EmptyBox = EmptyBox([EDGE_M; 3]);
@@ -17,20 +17,20 @@ const REFLECTANCE: f64 = 0.6;
 const LM: f64 = 1000.0;
 const WALKS: u64 = 60_000;
 
-/// Sums up what second landings bring.
+/// Sums up what later landings bring.
 #[derive(Default)]
-struct SecondLandings {
+struct FoundLater {
     lx: f64,
 }
 
-impl Cache for SecondLandings {
+impl Cache for FoundLater {
     fn look_up(&mut self, _: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
         (CacheAnswer::Nothing, 0)
     }
 
     fn observe(&mut self, event: &WalkEvent) {
         if let WalkEvent::Connected { weight, found } = event {
-            self.lx += weight * found.second_lx;
+            self.lx += weight * found.later_lx;
         }
     }
 }
@@ -51,9 +51,9 @@ fn world(bodies: &str) -> World {
     World::new(&scene_from_json(&text, None, Path::new(".")).expect("a valid scene"))
 }
 
-/// Mean of walks from anywhere in lx, its standard error, and the part that second landings bring.
+/// Mean of walks from anywhere in lx, its standard error, and the part that later landings bring.
 fn mean_lx(world: &World, walks: u64, seed: u64) -> [f64; 3] {
-    let mut second = SecondLandings::default();
+    let mut second = FoundLater::default();
     let walk = |receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
         walk_indirect_lx(world, receiver, &mut second, cut, stream)
     };
@@ -61,29 +61,26 @@ fn mean_lx(world: &World, walks: u64, seed: u64) -> [f64; 3] {
     [mean_lx, (variance / walks as f64).sqrt(), second.lx / walks as f64]
 }
 
-/// The mean over all faces of a closed room of one reflectance is Φ ρ/(A (1 − ρ)), also where packets land twice, at any probability of
-/// a connection. 60,000 walks, seed 5, α = 1e-5 (4.4 σ). Without what second landings bring, or with twice of it, the mean is rejected.
+/// The mean over all faces of a closed room of one reflectance is Φ ρ/(A (1 − ρ)), also where packets land again, at any probability of
+/// a connection. 60,000 walks, seed 5, α = 1e-5 (4.4 σ). Without what later landings bring, or with twice of it, the mean is rejected.
 #[test]
-fn second_landings_move_no_mean() {
+fn later_landings_move_no_mean() {
     let mut world = world("");
-    assert!(world.near_luminaires.as_ref().is_some_and(NearLuminaires::lands_twice));
+    assert!(world.near_luminaires.as_ref().is_some_and(|lights| lights.later_landings() == LaterLandings::All));
     let exact_lx = LM * REFLECTANCE / (CUBE.area_m2() * (1.0 - REFLECTANCE));
     for connection_chance in [1.0, 0.25] {
         world.roulette.connection_chance = connection_chance;
-        let [mean_lx, error_lx, second_lx] = mean_lx(&world, WALKS, 5);
+        let [mean_lx, error_lx, later_lx] = mean_lx(&world, WALKS, 5);
         let off = |lx: f64| ((lx - exact_lx) / error_lx).abs();
         assert!(off(mean_lx) < 4.4, "{mean_lx} ± {error_lx} for {exact_lx} lx");
-        assert!(
-            off(mean_lx - second_lx).min(off(mean_lx + second_lx)) > 4.4,
-            "{second_lx} of {mean_lx} ± {error_lx} lx"
-        );
+        assert!(off(mean_lx - later_lx).min(off(mean_lx + later_lx)) > 4.4, "{later_lx} of {mean_lx} ± {error_lx} lx");
     }
 }
 
 /// In a shade of sheets and behind a pane, walks with and without connections to packets have the same mean: 120,000 and 480,000 walks, seeds
-/// 6 and 7, α = 1e-5. A mean without what second landings bring is rejected, and so is one with twice of it.
+/// 6 and 7, α = 1e-5. A mean without what later landings bring is rejected, and so is one with twice of it.
 #[test]
-fn second_landings_in_a_shade_bring_what_walks_find() {
+fn later_landings_in_a_shade_bring_what_walks_find() {
     let sheet = |name: &str, origin: [f64; 3], u: [f64; 3]| {
         format!(
             r#", {{ "name": "{name}", "type": "rectangle", "origin": {origin:?}, "u": {u:?}, "v": [0,0,0.3], "material": "sheet" }}"#
@@ -98,12 +95,12 @@ fn second_landings_in_a_shade_bring_what_walks_find() {
         pane.to_owned(),
     ];
     let mut world = world(&bodies.concat());
-    assert!(world.near_luminaires.as_ref().is_some_and(NearLuminaires::lands_twice));
-    let [lx, error_lx, second_lx] = mean_lx(&world, 2 * WALKS, 6);
+    assert!(world.near_luminaires.as_ref().is_some_and(|lights| lights.later_landings() == LaterLandings::All));
+    let [lx, error_lx, later_lx] = mean_lx(&world, 2 * WALKS, 6);
     world.near_luminaires = None;
     let [plain_lx, plain_error_lx, nothing_lx] = mean_lx(&world, 8 * WALKS, 7);
     let sigma_lx = error_lx.hypot(plain_error_lx);
     let off = |lx: f64| ((lx - plain_lx) / sigma_lx).abs();
     assert!(nothing_lx == 0.0 && off(lx) < 4.4, "{lx} ± {error_lx}, {plain_lx} ± {plain_error_lx} lx");
-    assert!(off(lx - second_lx).min(off(lx + second_lx)) > 4.4, "{second_lx} of {lx} ± {sigma_lx} lx");
+    assert!(off(lx - later_lx).min(off(lx + later_lx)) > 4.4, "{later_lx} of {lx} ± {sigma_lx} lx");
 }

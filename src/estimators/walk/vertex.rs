@@ -13,7 +13,8 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
 use crate::transport::{
-    ConnectedFrom, ConnectingPoint, ConnectingSide, MetFrom, Mirrors, NearLuminaires, SampledPlace, TriangleSide, World,
+    ConnectedFrom, ConnectingPoint, ConnectingSide, LaterLandings, MetFrom, Mirrors, NearLuminaires, SampledPlace,
+    TriangleSide, World,
 };
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
@@ -308,18 +309,18 @@ pub(super) fn connecting_point<'a>(
     bsdf: &Bsdf,
     [share, share_behind]: [f64; 2],
     behind: Option<&'a Origin>,
-    (met, lands_twice): (Option<MetFrom>, bool),
+    (met, later): (Option<MetFrom>, LaterLandings),
 ) -> ConnectingPoint<'a> {
     let [reflectance, transmittance] = bsdf.diffuse_shares();
-    let side = |normal: DVec3, origin: &'a Origin, factor: f64| {
+    let side = |normal: DVec3, origin: &'a Origin, share: f64, sends: f64| {
         let place = (vertex.world.tracer.position_m(origin), normal);
-        ConnectingSide { place, origin, factor }
+        ConnectingSide { place, origin, sends, factor: share * sends }
     };
     ConnectingPoint {
-        front: side(vertex.normal, vertex.origin, share * reflectance),
-        behind: behind.map(|origin| side(-vertex.normal, origin, share_behind * transmittance)),
+        front: side(vertex.normal, vertex.origin, share, reflectance),
+        behind: behind.map(|origin| side(-vertex.normal, origin, share_behind, transmittance)),
         met,
-        lands_twice,
+        later,
     }
 }
 
@@ -335,5 +336,5 @@ pub(super) fn from_near_luminaires_lx(
 ) -> (f64, u64) {
     let found = lights.connect_to_packet(world, point, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
-    (found.lx + found.second_lx, found.rays)
+    (found.lx + found.later_lx, found.rays)
 }
