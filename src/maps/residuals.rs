@@ -35,7 +35,7 @@ pub struct Residuals {
     region_count: usize,
     /// For every region: whether any entry in it has walks.
     region_walks: Vec<bool>,
-    /// For every replica, after [`Residuals::settle`]: mean over the map and over every region, in lx for a profile of 1. Last, the region's
+    /// For every replica, after [`Residuals::settle`]: mean over the map and over every region, for a profile of 1. Last, the region's
     /// mean of first steps.
     means: Vec<f64>,
     region_means: Vec<Vec<f64>>,

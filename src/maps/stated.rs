@@ -53,7 +53,7 @@ pub fn worst_case_error(values: &StatedValues) -> MapError {
     }
 }
 
-/// Returns the illuminances in lx of a grid's cells on a surface, with their errors. The result is empty where elements are coarser than
+/// Returns a grid's cells on a surface, with what the map holds there and its errors. The result is empty where elements are coarser than
 /// the grid.
 pub fn grid_places(
     values: &MapValues,
