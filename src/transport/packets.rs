@@ -26,8 +26,11 @@ pub type PointAndNormal = (DVec3, DVec3);
 /// Later landings of packets, after the first, to which a point connects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaterLandings {
+    /// To the first landing alone.
     None,
+    /// To those on surfaces that scatter light to both sides.
     OnSheets,
+    /// To all.
     All,
 }
 
@@ -377,7 +380,8 @@ impl LandedAgain<'_> {
         (to_side.factor * lx * world.transmittance(to_side.origin, &side.origin), 1)
     }
 
-    /// Density of connections to packets here over that of walks, times what [`MetFrom::density_per_lx`] and the like are per.
+    /// What turns a density per lx at the spot, such as [`MetFrom::density_per_lx`], into that of this packet: the illuminance there in lx, times
+    /// the share of it that arrives here and the probability of a connection.
     fn density_lx(&self, world: &World) -> f64 {
         world.roulette.connection_chance * self.lit_lx * self.sent * self.continued
     }
