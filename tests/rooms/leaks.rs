@@ -5,8 +5,6 @@
 
 use glam::{DQuat, DVec3};
 use luxmc::geometry::{Meeting, Tracer};
-use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::sampling::warp::uniform_sphere;
 use luxmc::scene::{BsdfParameters, Material, Scene, Side, Surface};
 
 /// Rays per room and position in the fast tests.
@@ -59,9 +57,9 @@ fn chains_of_one(
     rays: u64,
     seed: u64,
 ) -> Tally {
-    let mut random = Stream::new(seed, Purpose::Pilot, 0, 0);
+    let mut random = Random(seed);
     let mut tally = Tally::default();
-    let restart = |random: &mut Stream| (tracer.free_origin(inside_m), aim(scene, inside_m, random));
+    let restart = |random: &mut Random| (tracer.free_origin(inside_m), aim(scene, inside_m, random));
     let (mut origin, mut direction) = restart(&mut random);
     for ray in 0..rays {
         let meeting = tracer.first_hit(&origin, direction);
@@ -81,8 +79,8 @@ fn chains_of_one(
         let place_m = a + hit.barycentric[0] * (b - a) + hit.barycentric[1] * (c - a);
         origin = tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
         direction = aim(scene, place_m, &mut random);
-        if random.fine_unit() < 0.5 || direction.dot(normal) < LEAST_COSINE {
-            direction = (normal + uniform_sphere(random.pair())).normalize();
+        if random.uniform() < 0.5 || direction.dot(normal) < LEAST_COSINE {
+            direction = (normal + random.unit()).normalize();
             if direction.dot(normal) < LEAST_COSINE {
                 direction = normal;
             }
@@ -92,12 +90,12 @@ fn chains_of_one(
 }
 
 /// Direction to a corner of the scene, or to some point on an edge.
-fn aim(scene: &Scene, from_m: DVec3, random: &mut Stream) -> DVec3 {
-    let triangle = (random.fine_unit() * scene.triangles.len() as f64) as u32;
+fn aim(scene: &Scene, from_m: DVec3, random: &mut Random) -> DVec3 {
+    let triangle = (random.uniform() * scene.triangles.len() as f64) as u32;
     let [a, b, c] = scene.corners_m(triangle);
-    let (start, end) = [(a, b), (b, c), (c, a)][(random.fine_unit() * 3.0) as usize];
-    let share = if random.fine_unit() < 0.3 { 0.0 } else { random.fine_unit() };
-    (start + share * (end - start) - from_m).try_normalize().unwrap_or_else(|| uniform_sphere(random.pair()))
+    let (start, end) = [(a, b), (b, c), (c, a)][(random.uniform() * 3.0) as usize];
+    let share = if random.uniform() < 0.3 { 0.0 } else { random.uniform() };
+    (start + share * (end - start) - from_m).try_normalize().unwrap_or_else(|| random.unit())
 }
 
 #[test]
@@ -329,5 +327,25 @@ impl Mesh {
             energy: None,
             unreported: Default::default(),
         }
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators").
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut word = self.0;
+        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((word ^ (word >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn unit(&mut self) -> DVec3 {
+        let z = 2.0 * self.uniform() - 1.0;
+        let (sine, cosine) = (std::f64::consts::TAU * self.uniform()).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        DVec3::new(radius * cosine, radius * sine, z)
     }
 }
