@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::advice_openings::advise_on_openings;
 use super::insides::SolidLookup;
 use super::shells::{Shell, bounds_m};
-use super::straight::{FirstMet, MOST_LOOKS, first_met};
+use super::straight::{FirstMet, MOST_LINE_TESTS, first_met};
 use super::warnings::names;
 use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene, listed, place_words};
 
@@ -155,7 +155,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         ));
     }
     let aimed = scene.luminaires.iter().filter_map(place_and_aim).count();
-    if aimed * scene.triangles.len() > MOST_LOOKS {
+    if aimed * scene.triangles.len() > MOST_LINE_TESTS {
         advice.push(format!(
             "{aimed} luminaires times {} triangles are too many to check where they aim and which surfaces cut their openings",
             scene.triangles.len()
@@ -206,7 +206,7 @@ fn aims_of(scene: &Scene) -> Vec<Option<(f64, FirstMet)>> {
 /// Returns the names of the luminaires that aim at the back of a one-sided surface, as a message lists them. `None` if there are none, or
 /// too many for this check.
 pub(crate) fn luminaires_aimed_at_backs(scene: &Scene) -> Option<String> {
-    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
+    if scene.luminaires.len() * scene.triangles.len() > MOST_LINE_TESTS {
         return None;
     }
     let aims = scene.luminaires.iter().zip(aims_of(scene));

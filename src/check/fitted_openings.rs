@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::straight::{MOST_LOOKS, ON_SURFACE_M};
+use super::straight::{MOST_LINE_TESTS, ON_SURFACE_M};
 use super::warnings::names;
 use crate::scene::listed;
 use crate::scene::photometry::Opening;
@@ -31,7 +31,7 @@ struct Fitted {
 /// Cuts luminous boxes off where they extend behind a surface that is parallel to one of their sides, and reports that.
 pub(super) fn fit_openings(scene: &mut Scene) {
     let boxes = scene.luminaires.iter().filter(|luminaire| has_box(luminaire)).count();
-    if boxes.saturating_mul(scene.triangles.len()) > MOST_LOOKS {
+    if boxes.saturating_mul(scene.triangles.len()) > MOST_LINE_TESTS {
         scene
             .warnings
             .push(format!("too many luminous boxes ({boxes}) to check which of them are recessed into surfaces"));

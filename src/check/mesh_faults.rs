@@ -20,18 +20,18 @@ const MOST_CORNERS_LISTED: usize = 32;
 const MOST_HOLES: usize = 1000;
 /// Largest number of tests of boxes and triangles in each search: a few seconds' work on request, a fraction of a second when a scene is
 /// read.
-const MOST_LOOKS: u64 = 100_000_000;
-const MOST_LOOKS_WHEN_READ: u64 = 20_000_000;
+const MOST_TESTS: u64 = 100_000_000;
+const MOST_TESTS_WHEN_READ: u64 = 20_000_000;
 /// Additional tests per triangle. Sound meshes take some tens.
-const LOOKS_A_TRIANGLE: u64 = 200;
+const TESTS_A_TRIANGLE: u64 = 200;
 
 /// Examines all triangles of a scene. `vertex_of` gives vertices at one position one number; `shells` are the scene's shells.
 pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) -> MeshFaults {
-    faults_within(scene, shells, vertex_of, MOST_LOOKS)
+    faults_within(scene, shells, vertex_of, MOST_TESTS)
 }
 
 fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_tests: u64) -> MeshFaults {
-    let budget = || Budget::of_steps(most_tests + LOOKS_A_TRIANGLE * scene.triangles.len() as u64);
+    let budget = || Budget::of_steps(most_tests + TESTS_A_TRIANGLE * scene.triangles.len() as u64);
     let mut faults = MeshFaults { t_junctions_searched: true, ..MeshFaults::default() };
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
@@ -201,7 +201,7 @@ const SMALL_HOLE: f64 = 0.01;
 /// Searches a scene for mesh faults when it is read, within a short time, and warns of them.
 pub(super) fn warn_of_faults(scene: &mut Scene) {
     let vertex_of = one_vertex_a_place(scene);
-    let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_LOOKS_WHEN_READ);
+    let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_TESTS_WHEN_READ);
     scene.warnings.extend(warnings_of(&found));
 }
 

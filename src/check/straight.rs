@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// A start this near to a surface in m lies on the surface.
 pub(super) const ON_SURFACE_M: f64 = 1e-6;
 /// With more triangles times luminaires than this, the aims of luminaires are not traced: one second's work.
-pub(super) const MOST_LOOKS: usize = 200_000_000;
+pub(super) const MOST_LINE_TESTS: usize = 200_000_000;
 
 /// Number of triangles that one thread tests at a time.
 const PIECE: u32 = 1 << 16;

@@ -103,12 +103,12 @@ pub fn walk_for_coefficients(
 ) -> u64 {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let rays = follow((world, openings), (*receiver.origin, direction), cut, tally, stream);
-    let looks = pass.parts_at_point(world, receiver, stream, |lx, look| {
-        if let Some(towards) = direction_of(look, receiver.point_m) {
+    let shadow_rays = pass.parts_at_point(world, receiver, stream, |lx, sample| {
+        if let Some(towards) = direction_of(sample, receiver.point_m) {
             tally.add_sky(towards, lx, SkyPath::Straight);
         }
     });
-    rays + looks
+    rays + shadow_rays
 }
 
 /// The direction of a light sample of the sky.

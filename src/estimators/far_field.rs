@@ -24,7 +24,7 @@ pub fn sample_intensity_cd(
     };
     let emitters = world.emitters.list();
     let (mut sum_cd, mut rays) = (0.0, 0);
-    let mut look_at = |index: usize, weight: f64, stream: &mut Stream| {
+    let mut sample = |index: usize, weight: f64, stream: &mut Stream| {
         if let Some((intensity_cd, place)) = emitters[index].seen_from_afar(direction, stream) {
             let (passed, more_rays) = world.transmittance_out(&world.origin(&place), direction);
             sum_cd += weight * intensity_cd * passed;
@@ -32,7 +32,7 @@ pub fn sample_intensity_cd(
         }
     };
     if emitters.len() <= MOST_EMITTERS {
-        (0..emitters.len()).for_each(|index| look_at(index, 1.0, stream));
+        (0..emitters.len()).for_each(|index| sample(index, 1.0, stream));
         return (sum_cd, rays);
     }
     let flux_lm = world.emitters.luminous_flux_lm();
@@ -40,7 +40,7 @@ pub fn sample_intensity_cd(
         let choice = (number as f64 + stream.fine_unit()) / MOST_EMITTERS as f64;
         let index = world.emitters.index_at(choice) as usize;
         let probability = emitters[index].luminous_flux_lm / flux_lm;
-        look_at(index, 1.0 / (probability * MOST_EMITTERS as f64), stream);
+        sample(index, 1.0 / (probability * MOST_EMITTERS as f64), stream);
     }
     (sum_cd, rays)
 }

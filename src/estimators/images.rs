@@ -132,7 +132,7 @@ struct BeamPosition {
 
 /// One unbiased sample of the illuminance in lx that images of the sun and of point-like emitters give at a point, times `response` to the
 /// direction of the light; and the number of rays.
-pub fn look_into_mirrors(
+pub fn sample_points_in_mirrors(
     world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,
@@ -189,7 +189,7 @@ pub fn sample_area_images_with(
 /// The part of it that is not left to rays, for points that also send rays. `responses` gives each part of the response for the direction
 /// of the light. The search is made with a probability of `chance` (1: always). The ray's share, [`Trail::share_of_ray`], must use the same
 /// probability.
-pub fn look_for_areas_beside_rays(
+pub fn sample_areas_beside_rays(
     world: &World,
     mirrors: &Mirrors,
     receiver: &Receiver,

@@ -79,9 +79,9 @@ fn pilot(world: &World, places: &[(DVec3, DVec3)]) -> Moments {
             stream.seek((place * walks + walk) as u64);
             let mut watch = Watch::default();
             let variates = stream.pair();
-            let ([looked_lx, arriving_lx], rays) =
+            let ([sampled_lx, arriving_lx], rays) =
                 walk_parts_lx(world, &receiver, variates, &mut watch, &mut cut, &mut stream);
-            let lx = looked_lx + arriving_lx;
+            let lx = sampled_lx + arriving_lx;
             sum_lx += lx;
             squares += lx * lx;
             seen.add(&watch, arriving_lx, rays);

@@ -53,8 +53,8 @@ pub fn walk_indirect_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let variates = stream.pair();
-    let ([looked_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, cache, cut, stream);
-    (looked_lx + arriving_lx, rays)
+    let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, cache, cut, stream);
+    (sampled_lx + arriving_lx, rays)
 }
 
 /// Returns two parts in lx and the number of rays: what samples taken at the receiver find, and what arrives along the direction given by

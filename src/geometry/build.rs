@@ -24,8 +24,8 @@ pub(super) const DEEPEST: usize = 30;
 const PARTNERS: usize = 14;
 /// Limits of the boxes that all rounds of clustering may examine, per box and in any case. Usually a third of the boxes pair up in a round
 /// and the number per box is 3. Where nested boxes pair up one by one, it is half the number of boxes.
-const MOST_LOOKS_A_BOX: usize = 12;
-const LOOKS_IN_ANY_CASE: usize = 1_000_000;
+const MOST_TESTS_A_BOX: usize = 12;
+const TESTS_IN_ANY_CASE: usize = 1_000_000;
 
 /// Number of boxes up to which every node is moved to its best position. With more boxes, this number of the largest nodes is moved. It
 /// takes about 20 µs of processor time per node, and small nodes deep in the tree gain least.
@@ -115,7 +115,7 @@ fn share_to_place(bvh2: &Bvh2) -> f32 {
 ///
 /// Source: D. Meister, J. Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction" (2018).
 fn pairs_up(boxes: &[Aabb]) -> bool {
-    let mut left = LOOKS_IN_ANY_CASE.max(MOST_LOOKS_A_BOX * boxes.len());
+    let mut left = TESTS_IN_ANY_CASE.max(MOST_TESTS_A_BOX * boxes.len());
     let mut clusters = in_morton_order(boxes);
     let mut next: Vec<Aabb> = Vec::with_capacity(clusters.len());
     let mut reach = 1;

@@ -18,7 +18,7 @@ use crate::scene::{Scene, Side, body_of};
 const LARGEST_PULL: f64 = 0.25;
 
 /// Factors by which a point is pulled further off the edges if a ray from it found nothing.
-const SECOND_LOOKS: [f32; 2] = [16.0, 256.0];
+const SECOND_TRIES: [f32; 2] = [16.0, 256.0];
 
 /// Distances by which a point is moved aside, in scaled coordinates, if a ray from it met a back. A solid that stands on a surface without
 /// sharing its vertices leaves a crack of about 2⁻²⁴ below its edge. A flat ray may have entered the solid this far through the crack.
@@ -353,7 +353,7 @@ impl Tracer {
             return Meeting::Nothing;
         };
         let barycentric = barycentric.map(f64::from);
-        for times in SECOND_LOOKS {
+        for times in SECOND_TRIES {
             let further_in = self.surface_origin_pulled(triangle, barycentric, side, times);
             if further_in.point == origin.point {
                 continue;

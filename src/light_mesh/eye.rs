@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::estimators::direct::MOST_EACH;
-use crate::estimators::images::{look_into_mirrors, sample_area_images_with};
+use crate::estimators::images::{sample_area_images_with, sample_points_in_mirrors};
 use crate::estimators::luminance::{light_from_gloss_cd_m2, share_of_ray};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, trace_sight};
@@ -194,7 +194,7 @@ impl Eye<'_> {
         if let Some(mirrors) = &self.world.mirrors {
             let response = |towards: DVec3| gloss.response_per_sr(towards);
             let receiver = gloss.end.receiver();
-            let (mut cd_m2, mut rays) = look_into_mirrors(self.world, mirrors, &receiver, response, cut, stream);
+            let (mut cd_m2, mut rays) = sample_points_in_mirrors(self.world, mirrors, &receiver, response, cut, stream);
             if self.samples_area_images {
                 let (of_areas_cd_m2, more) = sample_area_images_with(self.world, mirrors, &receiver, response, stream);
                 cd_m2 += of_areas_cd_m2;

@@ -24,9 +24,9 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 /// Map number of the random streams of a mesh's walks.
 const GATHERING: u32 = u32::MAX - 1;
 /// Walks of a mesh point for each sample of mirror images from a receiver point.
-const WALKS_PER_LOOK: u32 = 32;
+const WALKS_PER_MIRROR_SAMPLE: u32 = 32;
 /// Largest number of samples of mirror images from a receiver point in each half.
-const MOST_MIRROR_LOOKS: u32 = 64;
+const MOST_MIRROR_SAMPLES: u32 = 64;
 /// Walks from mesh points that are requested after the run has been ended. Every receiver point then gets a value, even if it is rough.
 pub(super) const HURRIED_WALKS: u32 = 32;
 /// Number of walks from a mesh point after which the clock is checked.
@@ -168,7 +168,7 @@ impl<'a> IndirectMesh<'a> {
             // These walks sample mirror images themselves.
             None => walks_at_place_lx(&self.around, receiver, place_number, [0, walks], self.seed, cut),
             Some((gathered_lx, _)) => {
-                let samples = walks.div_ceil(WALKS_PER_LOOK).min(MOST_MIRROR_LOOKS);
+                let samples = walks.div_ceil(WALKS_PER_MIRROR_SAMPLE).min(MOST_MIRROR_SAMPLES);
                 let (images_lx, rays) =
                     images_at_place_lx(&self.around, receiver, place_number, samples, self.seed, cut);
                 ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::mesh::Surroundings;
 use crate::estimators::cache::{Cache, CacheAnswer, Met};
-use crate::estimators::images::{look_into_mirrors, sample_area_images};
+use crate::estimators::images::{sample_area_images, sample_points_in_mirrors};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::MANY_MIRRORS;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx, walk_arriving_lx};
@@ -32,7 +32,7 @@ fn sample_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stre
     let Some(mirrors) = &world.mirrors else {
         return (0.0, 0);
     };
-    let (points_lx, point_rays) = look_into_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
+    let (points_lx, point_rays) = sample_points_in_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
     let (areas_lx, area_rays) = match around.samples_area_images() {
         true => sample_area_images(world, mirrors, receiver, stream),
         false => (0.0, 0),

@@ -9,8 +9,8 @@ use crate::scene::photometry::IntensityWeb;
 /// Steps of cos γ in the table of a photometric distribution.
 const PROFILE_STEPS: usize = 64;
 /// Directions that are evaluated within each step of cos γ: this number of γ values in this number of planes.
-const LOOKS_IN_GAMMA: usize = 5;
-const LOOKS_IN_C: usize = 72;
+const SAMPLES_IN_GAMMA: usize = 5;
+const SAMPLES_IN_C: usize = 72;
 
 /// A beacon is near if its radius is more than this share of its distance.
 pub const NEAR_RADIUS_PER_DISTANCE: f64 = 0.25;
@@ -48,11 +48,11 @@ impl Profile {
         let local = [DVec3::X, DVec3::Y, DVec3::Z];
         let mut table = [0.0f64; PROFILE_STEPS];
         for (step, largest) in table.iter_mut().enumerate() {
-            for i in 0..=LOOKS_IN_GAMMA {
-                let cos_gamma = -1.0 + 2.0 * (step as f64 + i as f64 / LOOKS_IN_GAMMA as f64) / PROFILE_STEPS as f64;
+            for i in 0..=SAMPLES_IN_GAMMA {
+                let cos_gamma = -1.0 + 2.0 * (step as f64 + i as f64 / SAMPLES_IN_GAMMA as f64) / PROFILE_STEPS as f64;
                 let sin_gamma = (1.0 - cos_gamma * cos_gamma).max(0.0).sqrt();
-                for j in 0..LOOKS_IN_C {
-                    let (sin, cos) = (std::f64::consts::TAU * j as f64 / LOOKS_IN_C as f64).sin_cos();
+                for j in 0..SAMPLES_IN_C {
+                    let (sin, cos) = (std::f64::consts::TAU * j as f64 / SAMPLES_IN_C as f64).sin_cos();
                     let direction = DVec3::new(sin_gamma * cos, sin_gamma * sin, cos_gamma);
                     *largest = largest.max(web.intensity_towards_cd(&local, direction));
                 }

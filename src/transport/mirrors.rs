@@ -33,7 +33,7 @@ const NO_FACET: u16 = u16::MAX;
 impl Mirrors {
     /// Whether walks search for areas in the mirrors.
     #[inline]
-    pub fn walks_look(&self) -> bool {
+    pub fn walks_sample_areas(&self) -> bool {
         !self.areas.is_empty()
     }
 

@@ -39,8 +39,8 @@ const FEWEST_PLACES: usize = 3;
 /// Iterations towards the cell size that gives this number.
 const SIZE_STEPS: usize = 5;
 /// Light samples of an emitter that brings all the light, and least number for any emitter.
-const LOOKS: f64 = 100.0;
-const FEWEST_LOOKS: usize = 2;
+const SAMPLES_OF_ALL_LIGHT: f64 = 100.0;
+const FEWEST_SAMPLES_OF_EMITTER: usize = 2;
 /// A cell's survey ends when the emitters left could bring at most this share of what was seen.
 const REST: f64 = 0.1;
 /// Number of light samples for which each outcome, seen and hidden, counts before the first one (a prior).
@@ -326,7 +326,8 @@ fn sample_from(world: &World, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -
         }
         let unshadowed_lx = mean_over(&places, |place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
         let mut shares = 0.0;
-        let samples = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
+        let samples = ((SAMPLES_OF_ALL_LIGHT * bound / bounds_sum).ceil() as usize)
+            .clamp(FEWEST_SAMPLES_OF_EMITTER.min(count), count);
         for number in 0..samples {
             // The points take turns, so that weak emitters are not all sampled from the same point.
             let place = places[(number + rank) % count];

@@ -21,7 +21,7 @@ const MOST_WALKS: u64 = 1 << 15;
 const RESERVE: f64 = 1.15;
 /// Share of the target that partly hidden suns may leave, and the maximum of shadow rays per replica for each of these suns.
 const HALF_HIDDEN_SHARE: f64 = 0.5;
-const MOST_LOOKS: u64 = 64;
+const MOST_SUN_SAMPLES: u64 = 64;
 /// An hour's error is relative to its illuminance, or to this share of the mean over all occupied hours if that is larger. At dusk
 /// there is almost no light, and a relative error of a hundredth is not needed there.
 const DIM_SHARE: f64 = 0.01;
@@ -214,9 +214,9 @@ pub(super) fn year_of(
         let mut found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         let target_square = context.target_error.powi(2);
         let sun_square = (HALF_HIDDEN_SHARE * context.target_error).powi(2);
-        if found.sun_error.powi(2) > sun_square && direct.samples < MOST_LOOKS {
+        if found.sun_error.powi(2) > sun_square && direct.samples < MOST_SUN_SAMPLES {
             let needed = direct.samples as f64 * RESERVE * found.sun_error.powi(2) / sun_square;
-            let samples = (needed.min(MOST_LOOKS as f64) as u64).clamp(direct.samples + 1, MOST_LOOKS);
+            let samples = (needed.min(MOST_SUN_SAMPLES as f64) as u64).clamp(direct.samples + 1, MOST_SUN_SAMPLES);
             direct.sample_again(context, (set, index), receiver, samples);
             found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
-use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
+use crate::estimators::images::{ImageResponse, Trail, sample_areas_beside_rays, sample_points_in_mirrors};
 use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
@@ -258,8 +258,8 @@ impl Vertex<'_> {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        let looked_lm_m2 = PI * (direct * bsdf.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
-        (mirrored_lm_m2 + looked_lm_m2, rays + 1)
+        let sampled_lm_m2 = PI * (direct * bsdf.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        (mirrored_lm_m2 + sampled_lm_m2, rays + 1)
     }
 }
 
@@ -272,8 +272,8 @@ pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
 /// there are some, `start` computes the point, its normal, and the ray's density per sr and over the cosine.
 #[inline]
 pub fn trail_from(world: &World, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
-    let looks = world.mirrors.as_ref().is_some_and(Mirrors::walks_look);
-    looks.then(|| {
+    let samples_areas = world.mirrors.as_ref().is_some_and(Mirrors::walks_sample_areas);
+    samples_areas.then(|| {
         let (point_m, normal, ray_per_sr) = start();
         Trail::from(point_m, normal, ray_per_sr, chance)
     })
@@ -294,11 +294,11 @@ pub fn in_mirrors_lx(
         return (0.0, 0);
     };
     let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
-    let (points_lx, point_rays) = look_into_mirrors(world, mirrors, receiver, to_points, cut, stream);
-    if !mirrors.walks_look() {
+    let (points_lx, point_rays) = sample_points_in_mirrors(world, mirrors, receiver, to_points, cut, stream);
+    if !mirrors.walks_sample_areas() {
         return (points_lx, point_rays);
     }
-    let (areas_lx, area_rays) = look_for_areas_beside_rays(world, mirrors, receiver, chance, responses, stream);
+    let (areas_lx, area_rays) = sample_areas_beside_rays(world, mirrors, receiver, chance, responses, stream);
     (points_lx + areas_lx, point_rays + area_rays)
 }
 

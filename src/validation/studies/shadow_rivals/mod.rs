@@ -21,7 +21,7 @@ use wedges::Wedges;
 /// Radius of both lamps in m: the scenes are 400 m wide, the lamps 220 and 260 m high.
 const BALL_M: f64 = 8.0;
 /// Light samples of every lamp from each point for the truth, and the truth's maximum number of rays.
-const LOOKS_OF_TRUTH: u64 = 256;
+const SHADOW_RAYS_OF_TRUTH: u64 = 256;
 const MOST_RAYS: f64 = 2e7;
 /// Search radius of single-sample soft shadows for the edge of a hard shadow, in m.
 const REACH_M: f64 = 5.0;
@@ -107,9 +107,12 @@ pub fn shadow_rivals(wishes: &mut StudyWishes) -> Result<Findings, String> {
         let (balls, points_m) = place_of(name, &things, depth, Lamps::Balls { radius_m: BALL_M }, edge)?;
         let (points, _) = place_of(name, &things, depth, Lamps::Points, 2)?;
         let lit_scene = LitScene { name, balls, points, points_m, size_m: [400.0, depth] };
-        (wishes.tell)(&format!("{name}: {LOOKS_OF_TRUTH} shadow rays to each lamp"));
-        let exact =
-            lit_scene.balls.by_rays(&lit_scene.points_m, LOOKS_OF_TRUTH, if wishes.quick { 1e6 } else { MOST_RAYS });
+        (wishes.tell)(&format!("{name}: {SHADOW_RAYS_OF_TRUTH} shadow rays to each lamp"));
+        let exact = lit_scene.balls.by_rays(
+            &lit_scene.points_m,
+            SHADOW_RAYS_OF_TRUTH,
+            if wishes.quick { 1e6 } else { MOST_RAYS },
+        );
         let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
         let mut ways: Vec<(String, Lit)> = Vec::new();
         for texels in maps {
