@@ -19,7 +19,7 @@ pub(super) fn refuse_rooms_outward(geometry: &Node, scene: &Scene, shells: &[She
         if !is_solid || says_more {
             continue;
         }
-        let name = fields.need("name", "\"room\"")?.text()?;
+        let name = fields.need_as("name", "\"room\"")?.text()?;
         let is_it = |shell: &&Shell| {
             shell.closed && shell.volume_m3 > 0.0 && scene.surface_of(shell.triangles[0]).geometry == name
         };

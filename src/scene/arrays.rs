@@ -11,9 +11,6 @@ use super::reader::Fields;
 use super::unique_names::Names;
 use super::units::LengthUnit;
 
-/// Keys of a luminaire that describe an array.
-pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
-
 /// Positions of the copies of a luminaire.
 pub(super) struct CopiesInRows {
     columns: u32,
@@ -24,7 +21,7 @@ pub(super) struct CopiesInRows {
 
 /// Reads the array of a luminaire, or returns `None` if its keys give none.
 pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInRows>, SceneError> {
-    let keys = KEYS.map(|key| fields.get(key));
+    let keys = ["columns", "rows", "u", "v"].map(|key| fields.get(key));
     if keys.iter().all(Option::is_none) {
         return Ok(None);
     }
@@ -33,7 +30,7 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInR
     let rows_count = rows.as_ref().map_or(Ok(1), |node| node.count("the number of rows"))?;
     let along = |count: u32, key: &str| match fields.get(key) {
         None if count == 1 => Ok(DVec3::ZERO),
-        _ => Ok(unit.point_m(fields.need(key, "[6, 0, 0]")?.vector()?)),
+        _ => Ok(unit.point_m(fields.need(key)?.vector()?)),
     };
     let array = CopiesInRows {
         columns: columns_count,
@@ -43,7 +40,7 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInR
     };
     for (key, count, along_m) in [("u", columns_count, array.u_m), ("v", rows_count, array.v_m)] {
         if count > 1 && along_m == DVec3::ZERO {
-            return Err(fields.need(key, "[6, 0, 0]")?.refuse_as(
+            return Err(fields.need(key)?.refuse_as(
                 format!("the array puts {count} luminaires in one place"),
                 "a vector of length 0",
                 "the vector from the first to the last luminaire",
@@ -86,7 +83,7 @@ impl CopiesInRows {
                 let number = row * self.columns + column + 1;
                 let name = format!("{} {number}", luminaire.name);
                 if let Some(first) = names.insert(name.clone(), path.clone()) {
-                    return Err(fields.need("name", "\"…\"")?.refuse_as(
+                    return Err(fields.need("name")?.refuse_as(
                         format!("the name {name:?} is given twice"),
                         format!("an array that contains {name:?}; {first} has that name already"),
                         "a name of its own",

@@ -1,9 +1,8 @@
-//! The kinds of luminaires: the data of each kind, its type and keys in the file with their schema, and how it is read. This file also
-//! answers what other rooms need from a luminaire: position, aim and name. A new kind is added in this file alone, its keys
-//! included, as far as this room goes.
+//! The kinds of luminaires: the data of each kind, its type and keys in the file, and how it is read. This file also answers what other
+//! rooms need from a luminaire: position, aim and name. A new kind is added in this file alone, its keys included, as far as this room goes.
 //!
-//! `emission/facts.rs` holds the questions that all kinds answer, `luminaire_keys.rs` the keys, and `luminaire_reading.rs` the reading
-//! that several kinds share. `sampling/emitter/` describes how each kind emits.
+//! `emission/facts.rs` holds the questions that all kinds answer, and `luminaire_reading.rs` the keys and the reading that several kinds
+//! share. `sampling/emitter/` describes how each kind emits.
 
 mod facts;
 
@@ -11,12 +10,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
-use schemars::JsonSchema;
 
 use self::facts::EmissionFacts;
 use super::error::SceneError;
-use super::luminaire_keys::{AreaKeys, PhotometricKeys, PointKeys, RingKeys, SkyKeys, SphereKeys, SunKeys};
-use super::luminaire_reading::LuminaireReading;
+use super::keys::{ABOVE_ZERO, FROM_ZERO, Form, NUMBER, ObjectKinds, TEXT, ValueShape, form, needed, optional};
+use super::luminaire_reading::{
+    AIM, ARRAY, COMMON, EXITANCE, EXITANCE_OR_FLUX, FLUX, LuminaireReading, SIDE, SURFACE, place,
+};
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
 use super::photometry::{IntensityWeb, Opening};
@@ -26,122 +26,73 @@ use super::vectors::photometric_frame;
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 
-/// A luminaire type: its name in files, its own keys, whether it may form arrays, and how it is read.
+/// A luminaire type: its name and keys in files, and how it is read.
 struct LuminaireType {
-    name: &'static str,
-    keys: &'static [&'static str],
-    in_arrays: bool,
+    form: Form,
     read: fn(&mut LuminaireReading) -> Result<Shining, SceneError>,
 }
 
 /// The luminaire types. Luminous surfaces have a fixed position, and so do sky and sun: these form no arrays.
 const LUMINAIRE_TYPES: [LuminaireType; 7] = [
-    LuminaireType {
-        name: "point",
-        keys: &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
-        in_arrays: true,
-        read: |reading| reading.point(),
-    },
-    LuminaireType {
-        name: "sphere",
-        keys: &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
-        in_arrays: true,
-        read: |reading| reading.sphere(),
-    },
-    LuminaireType {
-        name: "area",
-        keys: &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
-        in_arrays: false,
-        read: |reading| reading.area(),
-    },
-    LuminaireType {
-        name: "photometric",
-        keys: &["file", "position", "aim", "rotation_deg"],
-        in_arrays: true,
-        read: |reading| reading.photometric(),
-    },
-    LuminaireType { name: "sky", keys: &sky::KEYS, in_arrays: false, read: |reading| reading.sky() },
-    LuminaireType { name: "sun", keys: &sun::KEYS, in_arrays: false, read: |reading| reading.sun() },
-    LuminaireType {
-        name: "ring",
-        keys: &["center", "inner_radius", "outer_radius", "aim", "exitance_lm_m2", "luminous_flux_lm"],
-        in_arrays: true,
-        read: |reading| reading.ring(),
-    },
+    LuminaireType { form: POINT, read: |reading| reading.point() },
+    LuminaireType { form: SPHERE, read: |reading| reading.sphere() },
+    LuminaireType { form: AREA, read: |reading| reading.area() },
+    LuminaireType { form: PHOTOMETRIC, read: |reading| reading.photometric() },
+    LuminaireType { form: sky::FORM, read: |reading| reading.sky() },
+    LuminaireType { form: sun::FORM, read: |reading| reading.sun() },
+    LuminaireType { form: RING, read: |reading| reading.ring() },
 ];
 
-/// Names of the luminaire types.
-pub(super) const TYPES: [&str; LUMINAIRE_TYPES.len()] = {
-    let mut names = [""; LUMINAIRE_TYPES.len()];
-    let mut number = 0;
-    while number < names.len() {
-        names[number] = LUMINAIRE_TYPES[number].name;
-        number += 1;
-    }
-    names
-};
-
-/// Keys of a type in addition to the common ones. `kind` is the index in [`TYPES`].
-pub(super) fn own_keys(kind: usize) -> &'static [&'static str] {
-    LUMINAIRE_TYPES[kind].keys
-}
-
-/// Whether luminaires of a type may form arrays.
-pub(super) fn comes_in_arrays(kind: usize) -> bool {
-    LUMINAIRE_TYPES[kind].in_arrays
-}
-
 /// Values of `distribution`.
-pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
+const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
 
-/// Luminaire.
-#[derive(JsonSchema)]
-#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
-#[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum LuminaireKind {
-    /// A point; either `intensity_cd` or `luminous_flux_lm`.
-    #[schemars(extend("oneOf" = [{"required": ["intensity_cd"]}, {"required": ["luminous_flux_lm"]}]))]
-    Point {
-        #[schemars(flatten)]
-        keys: PointKeys,
-    },
-    /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
-    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
-    Sphere {
-        #[schemars(flatten)]
-        keys: SphereKeys,
-    },
-    /// A flat ring that emits diffusely to the side that `aim` points to; either `exitance_lm_m2` or `luminous_flux_lm`.
-    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
-    Ring {
-        #[schemars(flatten)]
-        keys: RingKeys,
-    },
-    /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
-    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
-    Area {
-        #[schemars(flatten)]
-        keys: AreaKeys,
-    },
-    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, but neither for Perez's sky.
-    #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
-        {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
-    Sky {
-        #[schemars(flatten)]
-        keys: SkyKeys,
-    },
-    /// The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.
-    #[schemars(extend("oneOf" = [{"required": ["normal_illuminance_lx"]}, {"required": ["horizontal_illuminance_lx"]}]))]
-    Sun {
-        #[schemars(flatten)]
-        keys: SunKeys,
-    },
-    /// A luminaire from an IES LM-63 or EULUMDAT file.
-    Photometric {
-        #[schemars(flatten)]
-        keys: PhotometricKeys,
-    },
-}
+#[rustfmt::skip]
+const POINT: Form = form("point", "A point; either `intensity_cd` or `luminous_flux_lm`.", &[COMMON, &[
+    place("position", "Position."),
+    optional("distribution", ValueShape::Choice(&DISTRIBUTIONS), "Isotropic by default; lambertian is I₀ cos γ about `aim`."),
+    AIM,
+    optional("intensity_cd", FROM_ZERO, "Intensity on the axis in cd."),
+    FLUX,
+], ARRAY]).either(&[&["intensity_cd"], &["luminous_flux_lm"]]);
+
+#[rustfmt::skip]
+const SPHERE: Form = form("sphere", "A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.", &[COMMON, &[
+    place("center", "Centre."),
+    needed("radius", ABOVE_ZERO, "0.15", "Radius."),
+    EXITANCE,
+    FLUX,
+], ARRAY]).either(EXITANCE_OR_FLUX);
+
+#[rustfmt::skip]
+const AREA: Form = form("area", "A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.", &[COMMON, &[
+    SURFACE,
+    SIDE,
+    EXITANCE,
+    optional("luminous_flux_lm", FROM_ZERO, "Luminous flux of all emitting sides together in lm."),
+]]).either(EXITANCE_OR_FLUX);
+
+#[rustfmt::skip]
+const PHOTOMETRIC: Form = form("photometric", "A luminaire from an IES LM-63 or EULUMDAT file.", &[COMMON, &[
+    needed("file", TEXT, "\"downlight.ies\"", "The file."),
+    place("position", "Centre of the luminous opening."),
+    AIM,
+    optional("rotation_deg", NUMBER, "Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y."),
+], ARRAY]);
+
+#[rustfmt::skip]
+const RING: Form = form("ring",
+    "A flat ring that emits diffusely to the side that `aim` points to; either `exitance_lm_m2` or `luminous_flux_lm`.", &[COMMON, &[
+    place("center", "Centre."),
+    optional("inner_radius", FROM_ZERO, "Radius of the hole; 0 by default, which makes a disk."),
+    needed("outer_radius", ABOVE_ZERO, "0.3", "Radius of the rim."),
+    AIM,
+    EXITANCE,
+    FLUX,
+], ARRAY]).either(EXITANCE_OR_FLUX);
+
+/// The kinds of luminaires.
+pub(super) const KINDS: ObjectKinds =
+    ObjectKinds { name: "Luminaire", doc: "Luminaire.", forms: || LUMINAIRE_TYPES.map(|row| row.form).to_vec() };
 
 /// How and where a luminaire emits.
 #[derive(Clone, Debug)]
@@ -339,20 +290,20 @@ impl Shining {
 }
 
 impl LuminaireReading<'_> {
-    /// Reads a luminaire of a type. `kind` is the index in [`TYPES`].
+    /// Reads a luminaire of a type. `kind` is its index among the types.
     pub fn read(&mut self, kind: usize) -> Result<Shining, SceneError> {
         (LUMINAIRE_TYPES[kind].read)(self)
     }
 
     fn point(&mut self) -> Result<Shining, SceneError> {
         let position_m = self.place_m("position")?;
-        let distribution = self.fields.get("distribution").map_or(Ok(0), |node| node.choice(&DISTRIBUTIONS))?;
+        let distribution = self.fields.get("distribution").map_or(Ok(0), |node| node.choice())?;
         let axis = self.aim()?;
 
         // Φ = 4πI for an isotropic point, and ∫ I₀ cos γ dΩ = πI₀ for a point that follows Lambert's law.
         let flux_over_intensity_sr = [4.0 * PI, PI][distribution];
         let (which, node) = self.fields.one_of(["intensity_cd", "luminous_flux_lm"])?;
-        let given = self.maintained * node.at_least_zero(["the intensity", "the luminous flux"][which])?;
+        let given = self.maintained * node.amount(["the intensity", "the luminous flux"][which])?;
         let (luminous_flux_lm, intensity_cd) = match which {
             0 => (given * flux_over_intensity_sr, given),
             _ => (given, given / flux_over_intensity_sr),
@@ -368,8 +319,8 @@ impl LuminaireReading<'_> {
 
     fn sphere(&mut self) -> Result<Shining, SceneError> {
         let center_m = self.place_m("center")?;
-        let radius_node = self.fields.need("radius", "0.15")?;
-        let radius_m = self.around.unit.length_m(radius_node.above_zero("the radius")?);
+        let radius_node = self.fields.need("radius")?;
+        let radius_m = self.around.unit.length_m(radius_node.amount("the radius")?);
         let area_m2 = 4.0 * PI * radius_m * radius_m;
         if !area_m2.is_normal() {
             return Err(radius_node.refuse(
@@ -385,9 +336,9 @@ impl LuminaireReading<'_> {
     fn ring(&mut self) -> Result<Shining, SceneError> {
         let (center_m, axis) = (self.place_m("center")?, self.aim()?);
         let unit = self.around.unit;
-        let inner = self.fields.get("inner_radius").map_or(Ok(0.0), |node| node.at_least_zero("the inner radius"))?;
-        let node = self.fields.need("outer_radius", "0.3")?;
-        let radii_m = [unit.length_m(inner), unit.length_m(node.above_zero("the outer radius")?)];
+        let inner = self.fields.get("inner_radius").map_or(Ok(0.0), |node| node.amount("the inner radius"))?;
+        let node = self.fields.need("outer_radius")?;
+        let radii_m = [unit.length_m(inner), unit.length_m(node.amount("the outer radius")?)];
         let area_m2 = PI * (radii_m[1] - radii_m[0]) * (radii_m[1] + radii_m[0]);
         if radii_m[0] >= radii_m[1] || !area_m2.is_normal() {
             return Err(node.refuse_as(

@@ -1,6 +1,7 @@
 //! Reads `energy`: hours of use and factors of the installed power that the energy of a year follows from, as far as the user gives them.
 
 use super::error::SceneError;
+use super::keys::{ABOVE_ZERO, FROM_ZERO, Form, SHARE, ValueShape, form, from_to, optional};
 use super::reader::Node;
 
 /// Data for LENI besides the luminaires' power; see docs/methods.md, section 25.
@@ -22,19 +23,20 @@ pub struct Energy {
     pub area_m2: Option<f64>,
 }
 
-/// Keys of `energy`.
-pub(super) const KEYS: [&str; 7] = [
-    "day_hours",
-    "night_hours",
-    "constant_illuminance_factor",
-    "occupancy_factor",
-    "daylight_factor",
-    "standby_kwh_m2",
-    "area_m2",
-];
+/// Hours of a year, up to those of a leap year.
+const YEAR_HOURS: ValueShape = from_to(0.0, 8784.0);
 
-/// Most hours in a year (a leap year).
-const YEAR_HOURS: f64 = 8784.0;
+/// Keys of `energy`.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("Energy", "Data for LENI besides the power of the luminaires.", &[&[
+    optional("day_hours", YEAR_HOURS, "Hours of use per year during daylight; 2250, typical of offices, by default."),
+    optional("night_hours", YEAR_HOURS, "Hours of use per year without daylight; 250, typical of offices, by default."),
+    optional("constant_illuminance_factor", SHARE, "Share of the power that remains with control for constant illuminance; 1 by default."),
+    optional("occupancy_factor", SHARE, "Share of the hours that remains with control by presence; 1 by default."),
+    optional("daylight_factor", SHARE, "Share of the daylight hours that remains with control by daylight; 1 by default."),
+    optional("standby_kwh_m2", FROM_ZERO, "Yearly energy of controls on standby and of battery charging in kWh per m²; 0 by default."),
+    optional("area_m2", ABOVE_ZERO, "Reference area in m²; the floor's by default."),
+]]);
 
 impl Default for Energy {
     /// Hours that are typical of offices, without savings by controls and without standby.
@@ -63,30 +65,28 @@ impl Energy {
 }
 
 pub(super) fn read(node: &Node) -> Result<Energy, SceneError> {
-    let fields = node.fields("the data for the energy of lighting")?;
-    fields.only(&KEYS)?;
+    let fields = node.object("the data for the energy of lighting", &FORM)?;
     let usual = Energy::default();
     let hours = |key: &str, usual: f64| match fields.get(key) {
         None => Ok(usual),
         Some(node) => {
-            let hours = node.at_least_zero("the hours of use in a year")?;
-            if hours > YEAR_HOURS {
-                return Err(node.refuse("a year has no more than 8784 hours", "0 to 8784", "write 2250, for example"));
+            let (hours, most) = (node.amount("the hours of use in a year")?, node.range().most);
+            if hours > most {
+                let what = format!("a year has no more than {most} hours");
+                return Err(node.refuse(what, format!("0 to {most}"), "write 2250, for example"));
             }
             Ok(hours)
         }
     };
-    let factor = |key: &str, what: &str| fields.get(key).map_or(Ok(1.0), |node| node.fraction(what));
+    let factor = |key: &str, what: &str| fields.get(key).map_or(Ok(1.0), |node| node.amount(what));
     Ok(Energy {
         day_hours: hours("day_hours", usual.day_hours)?,
         night_hours: hours("night_hours", usual.night_hours)?,
         constant_illuminance_factor: factor("constant_illuminance_factor", "the factor of constant illuminance")?,
         occupancy_factor: factor("occupancy_factor", "the factor of occupancy")?,
         daylight_factor: factor("daylight_factor", "the factor of daylight")?,
-        standby_kwh_m2: fields
-            .get("standby_kwh_m2")
-            .map_or(Ok(0.0), |node| node.at_least_zero("the energy on standby"))?,
-        area_m2: fields.get("area_m2").map(|node| node.above_zero("the area")).transpose()?,
+        standby_kwh_m2: fields.get("standby_kwh_m2").map_or(Ok(0.0), |node| node.amount("the energy on standby"))?,
+        area_m2: fields.get("area_m2").map(|node| node.amount("the area")).transpose()?,
     })
 }
 

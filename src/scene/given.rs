@@ -47,7 +47,7 @@ pub(super) fn vertices<'a>(fields: &Fields<'a>) -> Result<Option<Node<'a>>, Scen
 ///
 /// Vertices that are not three numbers, faces of fewer than three corners or of too many, corners that do not exist, no face at all.
 pub(super) fn mesh(fields: &Fields, vertices: &Node) -> Result<GeometryShape, SceneError> {
-    let faces_node = fields.need("faces", "[[0, 1, 2], …]: the numbers of the vertices of each face, from 0")?;
+    let faces_node = fields.need("faces")?;
     let places = vertices.items("vertices")?.iter().map(Node::vector).collect::<Result<Vec<DVec3>, _>>()?;
     let mut mesh = MeshBuilder::default();
     let mut numbers: Vec<Option<u32>> = vec![None; places.len()];

@@ -5,15 +5,14 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
 use super::intensity_table::IntensityTable;
+use super::keys::{Form, NUMBER, TYPE, VECTOR, ValueShape, form, from_to, optional};
 use super::model::{ReceiverLayout, ReceiverPoint};
 use super::photometry::LARGEST_OPENING_M;
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
+use super::unique_names::name;
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
-
-/// Keys of this receiver type in addition to the common ones.
-pub(super) const OWN_KEYS: &[&str] = &["aim", "rotation_deg", "c_planes", "gamma_step_deg", "luminous_opening"];
 
 /// Defaults for the number of C planes and for the step of γ.
 const USUAL_PLANES: u32 = 24;
@@ -25,6 +24,20 @@ const MOST_STEPS: f64 = 360.0;
 const MOST_PLANES: u32 = 720;
 /// Tolerance with which 180° must be a whole number of steps.
 const STEP_TOLERANCE: f64 = 1e-9;
+
+/// A receiver of intensities.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("intensity",
+    "Far-field intensity distribution of all light that leaves the scene, in C planes, as a table and as photometric files.", &[&[
+    name("Name of the receiver."),
+    TYPE,
+    optional("aim", VECTOR, "Direction of γ = 0; [0, 0, -1] by default."),
+    optional("rotation_deg", NUMBER, "Rotation of C0 towards C90 about this direction, in degrees."),
+    optional("c_planes", ValueShape::Count(MOST_PLANES), "Number of C planes, evenly spaced (default 24); a single one is the mean over all."),
+    optional("gamma_step_deg", from_to(180.0 / MOST_STEPS, 180.0 / FEWEST_STEPS), "Step of γ in degrees (default 5): 180 divided by a whole number."),
+    optional("luminous_opening", ValueShape::List(&NUMBER, [3, 3]),
+        "Luminous opening that the files name: extents along C0–C180, along C90–C270, and its height; a point by default."),
+]]);
 
 /// Returns the quantity of an `intensity` receiver, its directions, and one point per direction. `most` limits the number of points.
 pub(super) fn read(

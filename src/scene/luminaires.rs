@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 use super::arrays;
 use super::bodies::body_of;
 use super::daylight;
-use super::emission::{Shining, TYPES, comes_in_arrays, own_keys};
+use super::emission::{KINDS, Shining};
 use super::error::SceneError;
+use super::keys::Form;
 use super::limits::MOST_LUMINAIRES;
 pub(super) use super::luminaire_reading::LuminaireContext;
 use super::luminaire_reading::{LuminaireReading, NamedSurfaces};
@@ -16,15 +17,6 @@ use super::reader::Node;
 use super::surfaces::Surfaces;
 use super::under_way;
 use super::unique_names::{Names, unique_name};
-
-/// Keys that every luminaire type has.
-const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor", "power_w"];
-
-/// Keys of a luminaire type. `kind` is the index in [`TYPES`].
-pub(super) fn keys(kind: usize) -> Vec<&'static str> {
-    let array: &[&str] = if comes_in_arrays(kind) { &arrays::KEYS } else { &[] };
-    [&COMMON_KEYS, own_keys(kind), array].concat()
-}
 
 /// Range of the luminous fluxes in lm that are computed: from far less than one photon per hour (7e-20 lm at 555 nm) to more than the
 /// sun's. Checks sum the fourth powers of the resulting illuminances. These stay well within 64-bit floats.
@@ -64,6 +56,7 @@ pub(super) fn read(
         let remedy = "add at least one, such as { \"name\": \"lamp\", \"type\": \"point\", \"position\": [4, 3, 2.5], \"intensity_cd\": 800 }";
         return Err(node.refuse("the scene has no luminaire", "at least one luminaire", remedy));
     }
+    let kinds = (KINDS.forms)();
     let mut known = LuminairesSoFar::default();
     let mut maintained = false;
     let mut luminaires = Vec::with_capacity(items.len());
@@ -72,10 +65,11 @@ pub(super) fn read(
         under_way::reached(number);
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
-        let kind = fields.need("type", "\"point\"")?.choice(&TYPES)?;
-        let luminaire = read_one(&item, kind, around, &mut known, warnings)?;
-        let array = if comes_in_arrays(kind) { arrays::read(&fields, around.unit)? } else { None };
-        match array {
+        let kind = item.kind("a luminaire", &KINDS)?;
+        let form = kinds[kind];
+        let luminaire = read_one(&item, kind, &form, around, &mut known, warnings)?;
+        let fields = fields.of(&form)?;
+        match arrays::read(&fields, around.unit)? {
             Some(array) if luminaires.len() as u64 + array.len() > MOST_LUMINAIRES => {
                 let expected = format!("at most {} luminaires in a scene with arrays", MOST_LUMINAIRES);
                 return Err(item.refuse("the arrays have too many luminaires", expected, "ask for fewer"));
@@ -100,24 +94,20 @@ pub(super) fn read(
 fn read_one(
     node: &Node,
     kind: usize,
+    form: &Form,
     around: &LuminaireContext,
     known: &mut LuminairesSoFar,
     warnings: &mut Vec<String>,
 ) -> Result<Luminaire, SceneError> {
-    let what = format!(
-        "{} {} luminaire",
-        if TYPES[kind].starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" },
-        TYPES[kind]
-    );
-    let fields = node.fields(&what)?;
-    fields.only(&keys(kind))?;
+    let article = if form.name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    let fields = node.object(&format!("{article} {} luminaire", form.name), form)?;
     let name = unique_name(&fields, &mut known.names)?;
-    let dimming = fields.get("dimming").map_or(Ok(1.0), |node| node.fraction("dimming"))?;
+    let dimming = fields.get("dimming").map_or(Ok(1.0), |node| node.amount("dimming"))?;
     let maintenance_factor =
-        fields.get("maintenance_factor").map_or(Ok(1.0), |node| node.fraction("the maintenance factor"))?;
+        fields.get("maintenance_factor").map_or(Ok(1.0), |node| node.amount("the maintenance factor"))?;
     let maintained = dimming * maintenance_factor;
 
-    let power_w = fields.get("power_w").map(|node| node.at_least_zero("the electric power")).transpose()?;
+    let power_w = fields.get("power_w").map(|node| node.amount("the electric power")).transpose()?;
     let mut reading =
         LuminaireReading { fields: &fields, name: &name, around, maintained, files: &mut known.files, warnings };
     let Shining { luminous_flux_lm, emission, product, power_w: file_power_w } = reading.read(kind)?;

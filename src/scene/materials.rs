@@ -1,126 +1,74 @@
-//! Materials in the scene file: types and keys, their schema, how they are read, and the shares of light that a reflection model gives.
-
-use schemars::JsonSchema;
+//! Materials in the scene file: types and keys, how they are read, and the shares of light that a reflection model gives.
 
 use super::error::SceneError;
+use super::keys::{Form, Key, NumberRange, ObjectKinds, SHARE, TYPE, ValueShape, form, from_to, needed, optional};
 use super::reader::{Fields, Node};
 use crate::base::pane::{glazed_shares, internal_transmittance_of, pane_shares};
 
-/// A material type: its name in files, its keys there, and how its reflection model is read.
+/// A material type: its name and keys in files, and how its reflection model is read.
 struct MaterialType {
-    name: &'static str,
-    keys: &'static [&'static str],
+    form: Form,
     read: fn(&Fields) -> Result<BsdfParameters, SceneError>,
 }
 
 /// The material types, in the order of their numbers in the file formats.
 const MATERIAL_TYPES: [MaterialType; 6] = [
-    MaterialType { name: "diffuse", keys: &["type", "reflectance"], read: read_diffuse },
-    MaterialType { name: "phong", keys: GLOSSY_KEYS, read: read_phong },
-    MaterialType { name: "mirror", keys: &["type", "reflectance"], read: read_mirror },
-    MaterialType { name: "glass", keys: GLASS_KEYS, read: read_glass },
-    MaterialType {
-        name: "translucent",
-        keys: &["type", "diffuse_reflectance", "diffuse_transmittance"],
-        read: read_translucent,
-    },
-    MaterialType { name: "blinn", keys: GLOSSY_KEYS, read: read_blinn },
+    MaterialType { form: DIFFUSE, read: read_diffuse },
+    MaterialType { form: PHONG, read: read_phong },
+    MaterialType { form: MIRROR, read: read_mirror },
+    MaterialType { form: GLASS, read: read_glass },
+    MaterialType { form: TRANSLUCENT, read: read_translucent },
+    MaterialType { form: BLINN, read: read_blinn },
 ];
 
-/// Keys of a material with a diffuse part and a lobe.
-const GLOSSY_KEYS: &[&str] = &["type", "diffuse_reflectance", "specular_reflectance", "exponent"];
+/// Keys of several types. With the largest exponent, the width of a lobe is some 0.06°, practically that of a mirror.
+const REFLECTANCE: Key = needed("reflectance", SHARE, "0.5", "Share of light that is reflected.");
+const DIFFUSELY: Key = needed("diffuse_reflectance", SHARE, "0.5", "Share that is reflected diffusely.");
+const SPECULARLY: Key = needed(
+    "specular_reflectance",
+    SHARE,
+    "0.5",
+    "Share that is reflected about the mirror direction; both sum to at most 1.",
+);
+const EXPONENTS: ValueShape = from_to(0.0, 1e6);
 
-/// Keys of a pane.
-const GLASS_KEYS: &[&str] =
-    &["type", "refractive_index", "internal_transmittance", "visible_transmittance", "glazed_share"];
+const DIFFUSE: Form = form("diffuse", "Lambert's law.", &[&[TYPE, REFLECTANCE]]);
+const MIRROR: Form = form("mirror", "A perfect mirror.", &[&[TYPE, REFLECTANCE]]);
+#[rustfmt::skip]
+const PHONG: Form = form("phong", "A diffuse part and a glossy lobe.", &[&[
+    TYPE,
+    DIFFUSELY,
+    SPECULARLY,
+    needed("exponent", EXPONENTS, "60", "The lobe's exponent."),
+]]);
+#[rustfmt::skip]
+const BLINN: Form = form("blinn", "A diffuse part and a glossy lobe about the half vector, as of microfacets.", &[&[
+    TYPE,
+    DIFFUSELY,
+    SPECULARLY,
+    needed("exponent", EXPONENTS, "60",
+        "Exponent of the half vector's cosine; about four times the exponent of a phong lobe of the same width."),
+]]);
+/// Clear materials have no more than about 4 as refractive index for visible light.
+#[rustfmt::skip]
+const GLASS: Form = form("glass", "A thin pane, one sheet for both faces.", &[&[
+    TYPE,
+    needed("refractive_index", from_to(1.0, 10.0), "1.52", "Refractive index relative to air."),
+    optional("internal_transmittance", SHARE, "Transmittance of the glass itself at normal incidence."),
+    optional("visible_transmittance", SHARE,
+        "Instead, transmittance of the whole pane at normal incidence, including the reflections at its faces."),
+    optional("glazed_share", SHARE, "Share of the area that is glass; the rest is black frames. 1 by default."),
+]]);
+#[rustfmt::skip]
+const TRANSLUCENT: Form = form("translucent", "Scatters to both sides.", &[&[
+    TYPE,
+    DIFFUSELY,
+    needed("diffuse_transmittance", SHARE, "0.5", "Share that is transmitted diffusely; both sum to at most 1."),
+]]);
 
-/// Names of the material types.
-pub(super) const TYPES: [&str; MATERIAL_TYPES.len()] = {
-    let mut names = [""; MATERIAL_TYPES.len()];
-    let mut number = 0;
-    while number < names.len() {
-        names[number] = MATERIAL_TYPES[number].name;
-        number += 1;
-    }
-    names
-};
-
-/// Keys of a material type. `kind` is the index in [`TYPES`].
-pub(super) fn keys(kind: usize) -> Vec<&'static str> {
-    MATERIAL_TYPES[kind].keys.to_vec()
-}
-
-/// Largest exponent of a lobe. Its width is some 0.06°, practically that of a mirror.
-const LARGEST_EXPONENT: f64 = 1e6;
-/// Largest refractive index. Clear materials have no more than about 4 for visible light.
-const LARGEST_REFRACTIVE_INDEX: f64 = 10.0;
-
-/// Material.
-#[derive(JsonSchema)]
-#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
-#[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum MaterialKind {
-    /// Lambert's law.
-    Diffuse {
-        /// Share of light that is reflected.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        reflectance: f64,
-    },
-    /// A diffuse part and a glossy lobe.
-    Phong {
-        /// Share that is reflected diffusely.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_reflectance: f64,
-        /// Share that is reflected about the mirror direction; both sum to at most 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        specular_reflectance: f64,
-        /// The lobe's exponent.
-        #[schemars(range(min = 0.0, max = 1e6))]
-        exponent: f64,
-    },
-    /// A diffuse part and a glossy lobe about the half vector, as of microfacets.
-    Blinn {
-        /// Share that is reflected diffusely.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_reflectance: f64,
-        /// Share that is reflected about the mirror direction; both sum to at most 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        specular_reflectance: f64,
-        /// Exponent of the half vector's cosine; about four times the exponent of a phong lobe of the same width.
-        #[schemars(range(min = 0.0, max = 1e6))]
-        exponent: f64,
-    },
-    /// A perfect mirror.
-    Mirror {
-        /// Share of light that is reflected.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        reflectance: f64,
-    },
-    /// A thin pane, one sheet for both faces.
-    Glass {
-        /// Refractive index relative to air.
-        #[schemars(range(min = 1.0, max = 10.0))]
-        refractive_index: f64,
-        /// Transmittance of the glass itself at normal incidence.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        internal_transmittance: Option<f64>,
-        /// Instead, transmittance of the whole pane at normal incidence, including the reflections at its faces.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        visible_transmittance: Option<f64>,
-        /// Share of the area that is glass; the rest is black frames. 1 by default.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        glazed_share: Option<f64>,
-    },
-    /// Scatters to both sides.
-    Translucent {
-        /// Share that is reflected diffusely.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_reflectance: f64,
-        /// Share that is transmitted diffusely; both sum to at most 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_transmittance: f64,
-    },
-}
+/// The kinds of materials.
+pub(super) const KINDS: ObjectKinds =
+    ObjectKinds { name: "Material", doc: "Material.", forms: || MATERIAL_TYPES.map(|row| row.form).to_vec() };
 
 /// Reflection and transmission of a surface.
 #[derive(Clone, Debug)]
@@ -214,7 +162,7 @@ impl BsdfParameters {
 
     /// Name of its type, as in scene files.
     pub fn name(&self) -> &'static str {
-        TYPES[usize::from(self.number())]
+        MATERIAL_TYPES[usize::from(self.number())].form.name
     }
 
     /// Shares of light from which all other methods on shares follow.
@@ -308,12 +256,8 @@ pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
 }
 
 fn read_bsdf(node: &Node) -> Result<BsdfParameters, SceneError> {
-    let fields = node.fields("a material")?;
-    let kind = fields.need("type", "\"diffuse\"")?.choice(&TYPES)?;
-    let what = format!("a {} material", TYPES[kind]);
-    let fields = node.fields(&what)?;
-    fields.only(&keys(kind))?;
-    (MATERIAL_TYPES[kind].read)(&fields)
+    let MaterialType { form, read } = &MATERIAL_TYPES[node.kind("a material", &KINDS)?];
+    read(&node.object(&format!("a {} material", form.name), form)?)
 }
 
 fn read_diffuse(fields: &Fields) -> Result<BsdfParameters, SceneError> {
@@ -335,21 +279,22 @@ fn read_blinn(fields: &Fields) -> Result<BsdfParameters, SceneError> {
 }
 
 fn read_glass(fields: &Fields) -> Result<BsdfParameters, SceneError> {
-    let node = fields.need("refractive_index", "1.52")?;
+    let node = fields.need("refractive_index")?;
     let refractive_index = node.number()?;
-    if refractive_index < 1.0 {
+    let NumberRange { least, most, .. } = node.range();
+    if refractive_index < least {
         let remedy = "give the glass's index relative to air, such as 1.52";
         return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
     }
-    if refractive_index > LARGEST_REFRACTIVE_INDEX {
-        let expected = format!("a number from 1 to {LARGEST_REFRACTIVE_INDEX}; diamond has 2.42, germanium 4");
+    if refractive_index > most {
+        let expected = format!("a number from {least} to {most}; diamond has 2.42, germanium 4");
         let remedy = "give the glass's index relative to air, such as 1.52";
         return Err(node.refuse("the refractive index is too high for glass", expected, remedy));
     }
     let internal_transmittance = match fields.one_of(["internal_transmittance", "visible_transmittance"])? {
-        (0, node) => node.fraction("internal transmittance")?,
+        (0, node) => node.amount("internal transmittance")?,
         (_, node) => {
-            let inside = internal_transmittance_of(refractive_index, node.fraction("visible transmittance")?);
+            let inside = internal_transmittance_of(refractive_index, node.amount("visible transmittance")?);
             if inside > 1.0 {
                 let [_, most] = pane_shares(refractive_index, 1.0, 1.0);
                 let expected = format!("at most {most:.3}: its two faces reflect the rest");
@@ -359,7 +304,7 @@ fn read_glass(fields: &Fields) -> Result<BsdfParameters, SceneError> {
             inside
         }
     };
-    let glazed_share = fields.get("glazed_share").map_or(Ok(1.0), |node| node.fraction("glazed share"))?;
+    let glazed_share = fields.get("glazed_share").map_or(Ok(1.0), |node| node.amount("glazed share"))?;
     Ok(BsdfParameters::Glass { refractive_index, internal_transmittance, glazed_share })
 }
 
@@ -372,17 +317,17 @@ fn read_translucent(fields: &Fields) -> Result<BsdfParameters, SceneError> {
 /// Diffuse and specular reflectance, and the exponent of a lobe.
 fn glossy(fields: &Fields) -> Result<([f64; 2], f64), SceneError> {
     let shares = two_shares(fields, "diffuse_reflectance", "specular_reflectance")?;
-    let node = fields.need("exponent", "60")?;
-    let exponent = node.at_least_zero("the exponent")?;
-    if exponent > LARGEST_EXPONENT {
+    let node = fields.need("exponent")?;
+    let (exponent, most) = (node.amount("the exponent")?, node.range().most);
+    if exponent > most {
         let remedy = "use a mirror for a lobe so narrow";
-        return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
+        return Err(node.refuse("the exponent is too large", format!("at most {most}"), remedy));
     }
     Ok((shares, exponent))
 }
 
 fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
-    fields.need(key, "0.5")?.fraction(&key.replace('_', " "))
+    fields.need(key)?.amount(&key.replace('_', " "))
 }
 
 fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], SceneError> {
@@ -391,7 +336,7 @@ fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], Sc
     let shares = [share(fields, first)?, share(fields, second)?];
     let sum = shares[0] + shares[1];
     if sum > SLIGHTLY_OVER_ONE {
-        let node = fields.need(second, "0.5")?;
+        let node = fields.need(second)?;
         return Err(node.refuse_as(
             format!("\"{first}\" and \"{second}\" sum to more than 1"),
             format!("{sum} in all"),

@@ -17,9 +17,9 @@ mod gltf_extensions;
 mod grid_frame;
 mod intensity;
 mod intensity_table;
+mod keys;
 mod leaves;
 mod limits;
-mod luminaire_keys;
 mod luminaire_reading;
 mod luminaires;
 mod materials;
@@ -103,6 +103,6 @@ pub(crate) use units::{LengthUnit, UNIT_NAMES};
 pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
 
 /// Names of the types of materials and of luminaires, each with its key in a scene.
-pub(crate) fn type_names() -> [(&'static str, &'static [&'static str]); 2] {
-    [("materials", &materials::TYPES), ("luminaires", &emission::TYPES)]
+pub(crate) fn type_names() -> [(&'static str, Vec<&'static str>); 2] {
+    [("materials", materials::KINDS.names()), ("luminaires", emission::KINDS.names())]
 }

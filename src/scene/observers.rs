@@ -5,21 +5,81 @@ use glam::{DQuat, DVec3};
 use super::elements::part_corners;
 use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
+use super::keys::{COUNT, Form, Key, NOT_EMPTY, NUMBER, TEXT, TYPE, VECTOR, ValueShape, form, needed, optional};
 use super::model::{GlareObserver, ReceiverLayout, ReceiverPoint};
 use super::quantity::{Background, Quantity};
 use super::reader::{Fields, Node};
+use super::requirements;
 use super::surfaces::Surfaces;
+use super::unique_names::name;
 use super::units::LengthUnit;
 
 /// Height in m of a seated observer's eye above the floor.
 pub(super) const SEATED_EYE_M: f64 = 1.2;
-/// Keys of a fan of directions.
-pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
-/// Keys of a picture.
-pub(super) const VIEW_KEYS: [&str; 5] = ["direction", "up", "field_deg", "columns", "rows"];
+/// Key of the position of an eye.
+const EYE: Key = needed("position", VECTOR, "[1, 3, 1.2]", "Position of the eye.");
+/// Directions, at least one.
+const DIRECTIONS: ValueShape = ValueShape::List(&VECTOR, NOT_EMPTY);
 
-/// Where the background of a glare rating is taken; names as in files.
-pub(super) const BACKGROUNDS: [&str; 2] = ["observer", "tabular"];
+/// A receiver of luminance.
+#[rustfmt::skip]
+pub(super) const LUMINANCE: Form = form("luminance",
+    "Luminance seen from a point, in one of: given directions, a fan of them, a picture, the elements of a surface.", &[&[
+    name("Name of the receivers."),
+    TYPE,
+    EYE,
+    optional("directions", DIRECTIONS, "Directions of view.").such_as("[[1, 0, 0]]"),
+    optional("fan", ValueShape::Object(&FAN), "Directions in a fan about an axis."),
+    optional("view", ValueShape::Object(&VIEW), "A picture on a flat screen."),
+    optional("surface", TEXT, "A geometry or a part of one: the luminance of each of its elements towards the eye."),
+]]);
+
+#[rustfmt::skip]
+const FAN: Form = form("Fan", "Directions of view turned evenly about an axis, counter-clockwise seen from its tip.", &[&[
+    needed("direction", VECTOR, "[1, 0, 0]", "The direction at 0°."),
+    optional("axis", VECTOR, "Axis of the fan (default [0, 0, 1])."),
+    needed("from_deg", NUMBER, "-60", "Angle of the first direction."),
+    needed("to_deg", NUMBER, "60", "Angle of the last direction."),
+    needed("count", COUNT, "25", "Number of directions."),
+]]);
+
+#[rustfmt::skip]
+const VIEW: Form = form("View", "A picture on a flat screen: one direction through the middle of each cell, row by row from the upper left.", &[&[
+    needed("direction", VECTOR, "[1, 0, 0]", "Direction of the middle of the picture."),
+    optional("up", VECTOR, "Upward direction in the picture (default [0, 0, 1])."),
+    needed("field_deg", ValueShape::List(&NUMBER, [2, 2]), "[90, 60]", "Full angles of view in degrees, across and upright, at most 170."),
+    needed("columns", COUNT, "96", "Cells in a row."),
+    needed("rows", COUNT, "64", "Rows."),
+]]);
+
+/// An observer.
+#[rustfmt::skip]
+pub(super) const UGR: Form = form("ugr", "Unified glare rating of an observer (CIE 117).", &[&[
+    name("Name of the receiver."),
+    TYPE,
+    EYE,
+    needed("view_direction", VECTOR, "[1, 0, 0]", "Line of sight."),
+    background(
+        "Where the background luminance is determined: at the eye (\"observer\", default), or as a mean over the walls between eye and \
+         luminaires (\"tabular\", as in UGR tables)."),
+    REQUIREMENTS,
+]]);
+
+/// Keys of a grid of observers besides its points.
+#[rustfmt::skip]
+pub(super) const OBSERVING: &[Key] = &[
+    optional("view_directions", DIRECTIONS, "Lines of sight; by default eight horizontal ones all around."),
+    background("Where the background luminance is determined."),
+    REQUIREMENTS,
+];
+
+const REQUIREMENTS: Key =
+    optional("requirements", ValueShape::Object(&requirements::FORM), "Requirements of the ratings.");
+
+/// Key of where the background of a glare rating is taken.
+const fn background(doc: &'static str) -> Key {
+    optional("background", ValueShape::Choice(&["observer", "tabular"]), doc)
+}
 
 /// Default directions of view for a grid of observers: eight, counter-clockwise from +x.
 const VIEWS_AROUND: [DVec3; 8] = [
@@ -56,13 +116,13 @@ pub(super) fn read(
     if kind != "luminance" && kind != "ugr" {
         return Ok(None);
     }
-    let position_m = unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
+    let position_m = unit.point_m(fields.need("position")?.vector()?);
     let facing = |directions: Vec<DVec3>| {
         let point = |normal: DVec3| ReceiverPoint { position_m, normal, weight: 1.0, inside: false };
         directions.into_iter().map(point).collect()
     };
     if kind == "ugr" {
-        let view = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
+        let view = fields.need("view_direction")?.direction()?;
         // If the background is that of walls, the points move there once the walls are known.
         let quantity = Quantity::Glare(read_background(fields)?);
         return Ok(Some((quantity, ReceiverLayout::Points, facing(vec![view]))));
@@ -70,13 +130,13 @@ pub(super) fn read(
     let given: Vec<&str> =
         ["directions", "fan", "view", "surface"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     if given[..] == ["surface"] {
-        let points = towards_elements(&fields.need("surface", "\"desks\"")?, surfaces, position_m, most)?;
+        let points = towards_elements(&fields.need("surface")?, surfaces, position_m, most)?;
         return Ok(Some((Quantity::Luminance, ReceiverLayout::Towards { eye_m: position_m }, points)));
     }
     let (layout, directions) = match given[..] {
-        ["fan"] => read_fan(&fields.need("fan", "{}")?, most)?,
-        ["view"] => read_view(&fields.need("view", "{}")?, most)?,
-        ["directions"] | [] => (ReceiverLayout::Points, read_list(&fields.need("directions", "[[1, 0, 0]]")?)?),
+        ["fan"] => read_fan(&fields.need("fan")?, most)?,
+        ["view"] => read_view(&fields.need("view")?, most)?,
+        ["directions"] | [] => (ReceiverLayout::Points, read_list(&fields.need("directions")?)?),
         _ => {
             return Err(fields.node().refuse_as(
                 "a luminance receiver has one set of directions",
@@ -90,7 +150,7 @@ pub(super) fn read(
 }
 
 fn read_background(fields: &Fields) -> Result<Background, SceneError> {
-    Ok(match fields.get("background").map_or(Ok(0), |node| node.choice(&BACKGROUNDS))? {
+    Ok(match fields.get("background").map_or(Ok(0), |node| node.choice())? {
         0 => Background::Observer,
         _ => Background::Tabular,
     })
@@ -182,14 +242,13 @@ fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {
 
 /// Reads directions turned about an axis, counter-clockwise as seen from its tip.
 fn read_fan(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
-    let fields = node.fields("a fan of directions")?;
-    fields.only(&FAN_KEYS)?;
-    let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
+    let fields = node.object("a fan of directions", &FAN)?;
+    let direction = fields.need("direction")?.direction()?;
     let axis = fields.get("axis").map_or(Ok(DVec3::Z), |axis| axis.direction())?;
     check_not_parallel(node, direction, axis, "axis")?;
-    let from_deg = fields.need("from_deg", "-60")?.number()?;
-    let to_deg = fields.need("to_deg", "60")?.number()?;
-    let count_node = fields.need("count", "25")?;
+    let from_deg = fields.need("from_deg")?.number()?;
+    let to_deg = fields.need("to_deg")?.number()?;
+    let count_node = fields.need("count")?;
     let count = count_node.count("the number of directions")?;
     if u64::from(count) > most {
         return Err(refuse_too_many(&count_node, u64::from(count)));
@@ -204,12 +263,11 @@ fn read_fan(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), Scen
 
 /// Reads directions through the middles of the cells of a flat screen.
 fn read_view(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
-    let fields = node.fields("a view")?;
-    fields.only(&VIEW_KEYS)?;
-    let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
+    let fields = node.object("a view", &VIEW)?;
+    let direction = fields.need("direction")?.direction()?;
     let up = fields.get("up").map_or(Ok(DVec3::Z), |up| up.direction())?;
     check_not_parallel(node, direction, up, "up")?;
-    let field_node = fields.need("field_deg", "[90, 60]")?;
+    let field_node = fields.need("field_deg")?;
     let angles = field_node.items("angles of view")?;
     let [across, upright] = &angles[..] else {
         let expected = "two angles: across the picture and upright";
@@ -228,9 +286,9 @@ fn read_view(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), Sce
         Ok(angle_deg)
     };
     let field_deg = [angle(across)?, angle(upright)?];
-    let columns_node = fields.need("columns", "96")?;
+    let columns_node = fields.need("columns")?;
     let columns = columns_node.count("the number of columns")?;
-    let rows = fields.need("rows", "64")?.count("the number of rows")?;
+    let rows = fields.need("rows")?.count("the number of rows")?;
     if u64::from(columns) * u64::from(rows) > most {
         return Err(refuse_too_many(&columns_node, u64::from(columns) * u64::from(rows)));
     }

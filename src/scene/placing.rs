@@ -3,10 +3,16 @@
 use glam::{DMat3, DVec3};
 
 use super::error::SceneError;
+use super::keys::{ABOVE_ZERO, Form, VECTOR, form, optional};
 use super::reader::Node;
 
 /// Keys of a transform.
-pub(super) const KEYS: [&str; 3] = ["scale", "rotate_deg", "translate"];
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("Transform", "p′ = T·R_z·R_y·R_x·s·p.", &[&[
+    optional("scale", ABOVE_ZERO, "Scale, applied first."),
+    optional("rotate_deg", VECTOR, "Rotations about the fixed x, y and z axes in degrees, counter-clockwise seen from the axis' tip."),
+    optional("translate", VECTOR, "Translation, applied last."),
+]]);
 
 /// A placement p′ = T·R_z·R_y·R_x·s·p, in the file's unit.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +29,8 @@ impl Placing {
 
     /// Reads a `transform`.
     pub fn read(node: &Node) -> Result<Placing, SceneError> {
-        let fields = node.fields("a transform")?;
-        fields.only(&KEYS)?;
-        let scale = fields.get("scale").map_or(Ok(1.0), |node| node.above_zero("the scale"))?;
+        let fields = node.object("a transform", &FORM)?;
+        let scale = fields.get("scale").map_or(Ok(1.0), |node| node.amount("the scale"))?;
         let angles = fields.get("rotate_deg").map_or(Ok(DVec3::ZERO), |node| node.vector())?;
         let translate = fields.get("translate").map_or(Ok(DVec3::ZERO), |node| node.vector())?;
         Ok(Placing { scale, linear: turns(angles) * scale, translate })

@@ -1,7 +1,6 @@
 //! Quantities of receivers, their names, and how files give them.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 
 use super::error::SceneError;
 use super::reader::Fields;
@@ -88,21 +87,9 @@ impl Quantity {
 /// Quantities of points and grids; names as in files.
 pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
 
-/// Kind of illuminance.
-#[derive(JsonSchema)]
-#[schemars(rename_all = "kebab-case")]
-#[expect(dead_code, reason = "only its shape is used")]
-pub(super) enum QuantityName {
-    Perpendicular,
-    Horizontal,
-    Vertical,
-    Cylindrical,
-    SemiCylindrical,
-}
-
 /// Reads the quantity of points and grids, and the normal that replaces those of all points: for horizontal and vertical illuminance.
 pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneError> {
-    let chosen = fields.get("quantity").map_or(Ok(0), |node| node.choice(&QUANTITIES))?;
+    let chosen = fields.get("quantity").map_or(Ok(0), |node| node.choice())?;
     let name = QUANTITIES[chosen];
     if let (Some(node), "perpendicular" | "horizontal" | "cylindrical") = (fields.get("direction"), name) {
         return Err(node.refuse_as(
@@ -123,7 +110,7 @@ pub(super) fn read(fields: &Fields) -> Result<(Quantity, Option<DVec3>), SceneEr
 
 /// Reads the horizontal direction that an upright plane or half cylinder faces.
 fn read_front(fields: &Fields, name: &str) -> Result<DVec3, SceneError> {
-    let node = fields.need("direction", "[1, 0, 0]: the direction that the plane or half cylinder faces")?;
+    let node = fields.need("direction")?;
     let direction = node.direction()?;
     if direction.z != 0.0 {
         let expected = "a horizontal direction: [x, y, 0]";

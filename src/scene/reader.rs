@@ -9,6 +9,7 @@ use jsonc_parser::ast::{ObjectProp, Value};
 use jsonc_parser::common::Ranged;
 
 use super::error::{Refusal, SceneError, TextPlace};
+use super::keys::{Form, Key, NumberRange, ObjectKinds, ValueShape};
 use super::names::{listed, nearest};
 
 /// A text and its name in messages.
@@ -46,6 +47,8 @@ pub(crate) struct Node<'a> {
     source: &'a Source<'a>,
     value: &'a Value<'a>,
     way: ValuePath<'a>,
+    /// What the table of the object's keys says of it; `None` where there is no table.
+    shape: Option<&'static ValueShape>,
 }
 
 /// The keys and indices that lead to a value. They become text only for messages, because most files have no error.
@@ -83,6 +86,8 @@ pub(crate) struct Fields<'a> {
     node: Node<'a>,
     what: String,
     properties: &'a [ObjectProp<'a>],
+    /// The table of its keys; `None` for names that the file chooses, and before the object's kind is known.
+    form: Option<Form>,
 }
 
 /// One key of an object and its value.
@@ -96,7 +101,7 @@ pub(super) struct Entry<'a> {
 impl<'a> Node<'a> {
     /// Returns the topmost value of a text.
     pub fn root(source: &'a Source<'a>, value: &'a Value<'a>) -> Node<'a> {
-        Node { source, value, way: ValuePath::default() }
+        Node { source, value, way: ValuePath::default(), shape: None }
     }
 
     /// Returns the path of the value, such as `geometry[0].min`.
@@ -154,12 +159,23 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Returns the keys of an object. `what` names the object in messages (`a diffuse material`).
+    /// Returns the keys of an object, none of which is unknown. `what` names the object in messages (`a diffuse material`).
+    pub(super) fn object(&self, what: &str, form: &Form) -> Result<Fields<'a>, SceneError> {
+        self.fields(what)?.of(form)
+    }
+
+    /// Returns the number of an object's kind in the list of the kinds' names. `what` names the object in messages (`a material`).
+    pub(super) fn kind(&self, what: &str, kinds: &ObjectKinds) -> Result<usize, SceneError> {
+        let names = kinds.names();
+        self.fields(what)?.need_as("type", &format!("\"{}\"", names[0]))?.choice_of(&names)
+    }
+
+    /// Returns the keys of an object, whatever they are. `what` names the object in messages.
     pub fn fields(&self, what: &str) -> Result<Fields<'a>, SceneError> {
         let Value::Object(object) = self.value else {
             return Err(self.refuse_type(&format!("an object: {what}"), "write { \"key\": value, … }"));
         };
-        let fields = Fields { node: self.clone(), what: what.into(), properties: &object.properties };
+        let fields = Fields { node: self.clone(), what: what.into(), properties: &object.properties, form: None };
         let mut seen = std::collections::HashMap::new();
         for (property, name) in object.properties.iter().map(|property| (property, property.name.as_str())) {
             if let Some(first_start) = seen.insert(name, property.name.range().start) {
@@ -192,7 +208,12 @@ impl<'a> Node<'a> {
             .elements
             .iter()
             .enumerate()
-            .map(|(index, value)| Node { source: self.source, value, way: self.way.to(Last::Place(index)) })
+            .map(|(index, value)| Node {
+                source: self.source,
+                value,
+                way: self.way.to(Last::Place(index)),
+                shape: None,
+            })
             .collect())
     }
 
@@ -213,8 +234,14 @@ impl<'a> Node<'a> {
         Ok(name)
     }
 
+    /// Returns the index of a text among the key's choices.
+    pub fn choice(&self) -> Result<usize, SceneError> {
+        let Some(ValueShape::Choice(names)) = self.shape else { unreachable!("{} is no choice", self.json_path()) };
+        self.choice_of(names)
+    }
+
     /// Returns the index of a text in a list of allowed texts.
-    pub fn choice(&self, allowed: &[&str]) -> Result<usize, SceneError> {
+    pub fn choice_of(&self, allowed: &[&str]) -> Result<usize, SceneError> {
         let text = self.text()?;
         allowed.iter().position(|name| *name == text).ok_or_else(|| {
             self.refuse(
@@ -253,6 +280,21 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// The range of the key's numbers.
+    pub(super) fn range(&self) -> NumberRange {
+        let Some(ValueShape::Number(span)) = self.shape else { unreachable!("{} is no number", self.json_path()) };
+        *span
+    }
+
+    /// Returns a number in the key's range, which begins at 0. A greatest number other than 1 is the caller's to check.
+    pub fn amount(&self, quantity: &str) -> Result<f64, SceneError> {
+        let NumberRange { is_open, most, .. } = self.range();
+        if is_open {
+            self.above_zero(quantity)?;
+        }
+        if most == 1.0 { self.fraction(quantity) } else { self.at_least_zero(quantity) }
+    }
+
     /// Returns a number of at least 0.
     pub fn at_least_zero(&self, quantity: &str) -> Result<f64, SceneError> {
         let value = self.number()?;
@@ -273,7 +315,7 @@ impl<'a> Node<'a> {
     }
 
     /// Returns a number from 0 to 1.
-    pub fn fraction(&self, quantity: &str) -> Result<f64, SceneError> {
+    fn fraction(&self, quantity: &str) -> Result<f64, SceneError> {
         /// From this value on, a number is probably in percent rather than a typing error.
         const PERCENT_FROM: f64 = 2.0;
         let value = self.number()?;
@@ -353,25 +395,25 @@ impl<'a> Fields<'a> {
         let way = self.node.way.to(Last::Key(property.name.as_str()));
         Entry {
             name: property.name.as_str(),
-            value: Node { source: self.node.source, value: &property.value, way },
+            value: Node { source: self.node.source, value: &property.value, way, shape: None },
             key_range: range.start..range.end,
         }
     }
 
-    /// Refuses keys that are not in the list.
-    pub fn only(&self, allowed: &[&str]) -> Result<(), SceneError> {
+    /// Gives the object the table of its keys, and refuses those that are not in it.
+    pub(super) fn of(self, form: &Form) -> Result<Fields<'a>, SceneError> {
         for property in self.properties {
-            if !allowed.contains(&property.name.as_str()) {
+            if !form.names().any(|name| name == property.name.as_str()) {
                 let entry = self.entry(property);
                 return Err(self.refuse_key(
                     &entry,
                     format!("{} has no key {:?}", self.what, shortened(entry.name)),
-                    listed(allowed.iter().copied()),
-                    meant(entry.name, allowed.iter().copied()),
+                    listed(form.names()),
+                    meant(entry.name, form.names()),
                 ));
             }
         }
-        Ok(())
+        Ok(Fields { form: Some(*form), ..self })
     }
 
     /// Refuses a key rather than its value.
@@ -380,14 +422,24 @@ impl<'a> Fields<'a> {
         self.node.source.refuse(entry.key_range.clone(), &entry.value.json_path(), what, got, expected, remedy)
     }
 
+    /// What the object's table says of a key.
+    fn key(&self, name: &str) -> Option<&'static Key> {
+        self.form.and_then(|form| form.keys().find(|key| key.name == name))
+    }
+
     /// Returns the value of a key, if it is given.
     pub fn get(&self, key: &str) -> Option<Node<'a>> {
         let property = self.properties.iter().find(|property| property.name.as_str() == key)?;
-        Some(self.entry(property).value)
+        Some(Node { shape: self.key(key).map(|key| &key.shape), ..self.entry(property).value })
     }
 
-    /// Returns the value of a key that must be given.
-    pub fn need(&self, key: &str, example: &str) -> Result<Node<'a>, SceneError> {
+    /// Returns the value of a key that must be given. The refusal proposes the table's example.
+    pub fn need(&self, key: &str) -> Result<Node<'a>, SceneError> {
+        self.need_as(key, self.key(key).map_or("…", |key| key.example))
+    }
+
+    /// Returns the value of a key that must be given. The refusal proposes an example.
+    pub fn need_as(&self, key: &str, example: &str) -> Result<Node<'a>, SceneError> {
         self.get(key).ok_or_else(|| {
             self.node.refuse(
                 format!("{} needs the key \"{key}\"", self.what),

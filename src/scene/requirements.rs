@@ -1,20 +1,33 @@
 //! Reads `requirements` of receivers: least or greatest values, or an entry of a standard with its values.
 
 use super::error::SceneError;
+use super::keys::{Form, NumberRange, TEXT, form, needed};
 use super::names::{listed, nearest};
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
 use super::standard::{
-    AREA, AREAS, Area, FLUX_FACTOR, KEYS, MODIFIED, Measure, Requirement, STANDARDS, Standard, StandardEntry,
-    background_lx, limit_about, surroundings_lx,
+    AREA, AREAS, Area, FLUX_FACTOR, IS_MODIFIED, KEYS, MODIFIED, Measure, Requirement, STANDARDS, Standard,
+    StandardEntry, background_lx, limit_about, surroundings_lx,
 };
 use super::standard_entries::ENTRIES;
+
+/// Requirements of receivers.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("Requirements",
+    "Requirements of receivers: numbers, or an entry of EN 12464-1; numbers given together with an entry replace those of the entry. `ugr` \
+     applies to observers, the others to grids and points.", &[&KEYS]);
+
+/// Requirements of a room.
+#[rustfmt::skip]
+pub(super) const ROOM_FORM: Form = form("RoomRequirements", "Requirements of a room.", &[&[
+    needed("en_12464_1", TEXT, "\"34.2\"", "Reference of an entry of EN 12464-1, such as \"34.2\" (2021) or \"5.26.2\" (2011)."),
+    IS_MODIFIED,
+]]);
 
 /// Reads the requirements of a receiver with a quantity. Numbers given together with an entry replace the entry's numbers.
 pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirement>, SceneError> {
     let Some(node) = receiver.get("requirements") else { return Ok(Vec::new()) };
-    let fields = node.fields("the requirements of a receiver")?;
-    fields.only(&KEYS)?;
+    let fields = node.object("the requirements of a receiver", &FORM)?;
     let is_glare = matches!(quantity, Quantity::Glare(_));
     let entry = read_entry(&fields, quantity)?;
     let flux_factor = read_flux_factor(&fields, entry)?;
@@ -43,7 +56,7 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
     }
     if requirements.is_empty() {
         let example = if is_glare { "\"ugr\": 19" } else { "\"average_lx\": 500" };
-        let expected = format!("one or more of {}", listed(KEYS));
+        let expected = format!("one or more of {}", listed(FORM.names()));
         return Err(node.refuse(
             "these requirements set no limit",
             expected,
@@ -52,9 +65,6 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
     }
     Ok(requirements)
 }
-
-/// Keys of the requirements of a room.
-pub(super) const ROOM_KEYS: [&str; 2] = ["en_12464_1", MODIFIED];
 
 /// An entry for a whole room, with the average in lx that the task area must have.
 #[derive(Clone, Copy)]
@@ -66,10 +76,8 @@ pub(super) struct RoomEntry {
 impl RoomEntry {
     /// Reads the entry that a room's receiver names.
     pub fn read(receiver: &Fields) -> Result<RoomEntry, SceneError> {
-        let fields =
-            receiver.need("requirements", "{ \"en_12464_1\": \"34.2\" }")?.fields("the requirements of a room")?;
-        fields.only(&ROOM_KEYS)?;
-        fields.need(ROOM_KEYS[0], "\"34.2\"")?;
+        let fields = receiver.need("requirements")?.object("the requirements of a room", &ROOM_FORM)?;
+        fields.need("en_12464_1")?;
         let Some(entry) = read_entry(&fields, Quantity::Perpendicular)? else {
             unreachable!("an entry is named");
         };
@@ -124,7 +132,7 @@ fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>)
             "leave it out, or name an entry",
         ));
     }
-    Ok(AREAS[node.choice(&AREAS.map(Area::name))?])
+    Ok(AREAS[node.choice()?])
 }
 
 /// Reads the average in lx that an entry requires of the task area. `None` if it requires none, as for an escape route.
@@ -167,25 +175,22 @@ fn refuse_measure(node: &Node, measure: Measure) -> SceneError {
 fn read_limit(node: &Node, measure: Measure) -> Result<f64, SceneError> {
     match measure {
         Measure::UniformityU0 | Measure::UniformityUd | Measure::DirectUniformityUd => {
-            node.above_zero("the least uniformity")?;
-            node.fraction("the least uniformity")
+            node.amount("the least uniformity")
         }
         Measure::Ugr => {
-            /// Least and greatest rating of the scale.
-            const SCALE: [f64; 2] = [10.0, 40.0];
-            let limit = node.above_zero("the greatest glare rating")?;
-            if !(SCALE[0]..=SCALE[1]).contains(&limit) {
-                let expected = format!("a rating from {} to {}", SCALE[0], SCALE[1]);
+            let (limit, NumberRange { least, most, .. }) =
+                (node.above_zero("the greatest glare rating")?, node.range());
+            if !(least..=most).contains(&limit) {
                 return Err(node.refuse(
                     "the rating is outside of the scale of glare ratings",
-                    expected,
+                    format!("a rating from {least} to {most}"),
                     "write 19, for example",
                 ));
             }
             Ok(limit)
         }
         Measure::AverageLx | Measure::MinimumLx | Measure::MaximumLx | Measure::DirectMinimumLx => {
-            node.above_zero("the illuminance required")
+            node.amount("the illuminance required")
         }
     }
 }
@@ -203,8 +208,7 @@ fn read_flux_factor(fields: &Fields, entry: Option<&StandardEntry>) -> Result<f6
             "leave it out; \"dimming\" of a luminaire applies to all light",
         ));
     }
-    node.above_zero("the share of the flux")?;
-    node.fraction("the share of the flux")
+    node.amount("the share of the flux")
 }
 
 /// Reads the entry of a standard that requirements name. They may name one at most.

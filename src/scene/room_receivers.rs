@@ -2,19 +2,31 @@
 
 use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
+use super::keys::{FROM_ZERO, Form, TEXT, TYPE, ValueShape, form, needed, optional};
 use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers::{self, SEATED_EYE_M, observers_at};
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
-use super::requirements::RoomEntry;
+use super::requirements::{ROOM_FORM, RoomEntry};
 use super::standard::{Area, Requirement};
 use super::surface_grid::{PointSpacing, Rectangle};
 use super::surfaces::Surfaces;
-use super::unique_names::{Names, made_name, unique_name};
+use super::unique_names::{Names, made_name, name, unique_name};
 use super::units::LengthUnit;
 
-/// Keys besides name and type.
-pub(super) const OWN_KEYS: &[&str] = &["surface", "height", "eye_height", "margin", "requirements"];
+/// The receivers of a room.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("room",
+    "A whole room for an entry of EN 12464-1: task area, cylinders at the height of people's heads, walls, ceiling and observers.", &[&[
+    name("Name of the room; the names of its receiver sets begin with it."),
+    TYPE,
+    needed("surface", TEXT, "\"room\": a box with \"facing\": \"inward\"",
+        "The room: a box that faces inward, or a mesh whose parts are rectangles."),
+    optional("height", FROM_ZERO, "Height of the task area over the floor; 0.8 m by default."),
+    optional("eye_height", FROM_ZERO, "Height of people's eyes over the floor; 1.2 m by default."),
+    optional("margin", FROM_ZERO, "Width of a strip along the walls that is left out of the task area; 0.5 m by default."),
+    needed("requirements", ValueShape::Object(&ROOM_FORM), "{ \"en_12464_1\": \"34.2\" }", "The entry of EN 12464-1."),
+]]);
 
 /// Default height of the task area above the floor, and default distance from the walls, in m.
 const USUAL_HEIGHT_M: f64 = 0.8;
@@ -38,13 +50,13 @@ pub(super) fn read(
     if !is_room {
         return Ok(None);
     }
-    fields.only(&[&["name", "type"], OWN_KEYS].concat())?;
+    let fields = &fields.clone().of(&FORM)?;
     let name = unique_name(fields, names)?;
     let entry = RoomEntry::read(fields)?;
-    let shell = RoomShell::read(&fields.need("surface", "\"room\": a box with \"facing\": \"inward\"")?, surfaces)?;
+    let shell = RoomShell::read(&fields.need("surface")?, surfaces)?;
     let length_m = |key: &str, usual_m: f64| {
         let node = fields.get(key);
-        node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.at_least_zero("a length")?)))
+        node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.amount("a length")?)))
     };
     let (height_m, eye_m) = (length_m("height", USUAL_HEIGHT_M)?, length_m("eye_height", SEATED_EYE_M)?);
     let margin_m = length_m("margin", USUAL_MARGIN_M)?;

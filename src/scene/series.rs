@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::bodies::{Body, corner_directions, leaves};
 use super::error::SceneError;
+use super::keys::{ANY_LENGTH, Key, NUMBER, TEXT, VECTOR, ValueShape, optional};
 use super::placing::Placing;
 use super::plain_file::read_plain_file;
 use super::reader::{Fields, Node, Source};
@@ -14,8 +15,14 @@ use super::shapes::{GeometryShape, ShapePart};
 use super::units::LengthUnit;
 use crate::base::harmonics::{HarmonicSeries, LARGEST_DEGREE, place_of};
 
-/// Keys of this geometry in addition to the common ones.
-pub(super) const OWN_KEYS: &[&str] = &["center", "coefficients", "file", "facing", "material"];
+/// Keys of this geometry alone.
+#[rustfmt::skip]
+pub(super) const OWN_KEYS: &[Key] = &[
+    optional("center", VECTOR, "Point from which the radius is measured (the origin by default)."),
+    optional("coefficients", ValueShape::List(&ValueShape::Tuple(&[ValueShape::Index, ValueShape::Whole, NUMBER]), ANY_LENGTH),
+        "Terms [l, m, coefficient] of r = Σ c_lm Y_lm, l up to 31; instead of a file."),
+    optional("file", TEXT, "The file of coefficients (CSV, `l,m,coefficient`)."),
+];
 /// First line of a file of coefficients.
 pub const HEADER: &str = "l,m,coefficient";
 /// Largest file of coefficients in bytes.

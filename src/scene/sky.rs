@@ -3,29 +3,36 @@
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::keys::{ABOVE_ZERO, FROM_ZERO, Form, NUMBER, SHARE, ValueShape, form, from_to, needed, optional};
+use super::luminaire_reading::COMMON;
 use super::reader::Fields;
 use super::sun;
 use crate::base::perez::SkyClass;
 use crate::base::sky::{Sky, SkyPattern};
 
-/// Keys of a sky in addition to the common ones.
-pub(super) const KEYS: [&str; 12] = [
-    "luminance_distribution",
-    "sun_elevation_deg",
-    "sun_azimuth_deg",
-    "latitude_deg",
-    "longitude_deg",
-    "date_time",
-    "zenith_luminance_cd_m2",
-    "horizontal_illuminance_lx",
-    "direct_normal_illuminance_lx",
-    "diffuse_horizontal_illuminance_lx",
-    "ground_reflectance",
-    "median_diffuse_illuminance_lx",
-];
+/// A sky.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("sky",
+    "The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, but neither for Perez's sky.",
+    &[COMMON, &[
+    needed("luminance_distribution", ValueShape::Choice(&DISTRIBUTIONS), "\"overcast\"",
+        "Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez."),
+    optional("sun_elevation_deg", from_to(0.0, 90.0), "Elevation of the sun in degrees, for skies that depend on it.").such_as("35"),
+    optional("sun_azimuth_deg", NUMBER, "Azimuth of the sun in degrees, from +y (north) towards +x (east); 180 by default."),
+], sun::PLACE_AND_TIME, &[
+    optional("zenith_luminance_cd_m2", FROM_ZERO, "Luminance of the zenith in cd/m²."),
+    optional("horizontal_illuminance_lx", FROM_ZERO, "Horizontal illuminance in lx on an open plane from the sky alone."),
+    optional(PEREZ_KEYS[0], FROM_ZERO,
+        "Direct normal illuminance in lx, for Perez's sky; the sun itself is not part of that sky.").such_as("60000"),
+    optional(PEREZ_KEYS[1], ABOVE_ZERO,
+        "Diffuse horizontal illuminance in lx on an open plane from the sky alone, for Perez's sky.").such_as("18000"),
+    optional("ground_reflectance", SHARE, "Reflectance of the ground, which fills everything below the horizon; 0 by default."),
+    optional("median_diffuse_illuminance_lx", ABOVE_ZERO,
+        "Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 requires; 15,000 by default."),
+]]).either(&[&["zenith_luminance_cd_m2"], &["horizontal_illuminance_lx"], &PEREZ_KEYS]);
 
 /// Values of `luminance_distribution`. The general skies follow the first two; the all-weather sky is last.
-pub(super) const DISTRIBUTIONS: [&str; 18] = [
+const DISTRIBUTIONS: [&str; 18] = [
     "uniform", "overcast", "CIE 1", "CIE 2", "CIE 3", "CIE 4", "CIE 5", "CIE 6", "CIE 7", "CIE 8", "CIE 9", "CIE 10",
     "CIE 11", "CIE 12", "CIE 13", "CIE 14", "CIE 15", "Perez",
 ];
@@ -52,7 +59,7 @@ impl DaylightTargets {
 
 /// Reads a sky. Openings and flux follow once the whole scene is read.
 pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, DaylightTargets), SceneError> {
-    let distribution = fields.need("luminance_distribution", "\"overcast\"")?.choice(&DISTRIBUTIONS)?;
+    let distribution = fields.need("luminance_distribution")?.choice()?;
     let is_all_weather = DISTRIBUTIONS[distribution] == "Perez";
     let of_others: &[&str] =
         if is_all_weather { &["zenith_luminance_cd_m2", "horizontal_illuminance_lx"] } else { &PEREZ_KEYS };
@@ -61,20 +68,20 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, Daylig
         return Err(node.refuse("this key belongs to other skies", expected, "leave the key out"));
     }
     let ground_reflectance =
-        fields.get("ground_reflectance").map_or(Ok(0.0), |node| node.fraction("the ground's reflectance"))?;
+        fields.get("ground_reflectance").map_or(Ok(0.0), |node| node.amount("the ground's reflectance"))?;
     let sky = if is_all_weather {
         all_weather(fields, maintained, ground_reflectance)?
     } else {
         let pattern = pattern(fields, distribution)?;
         let (which, node) = fields.one_of(["zenith_luminance_cd_m2", "horizontal_illuminance_lx"])?;
-        let given = maintained * node.at_least_zero(["the zenith's luminance", "the horizontal illuminance"][which])?;
+        let given = maintained * node.amount(["the zenith's luminance", "the horizontal illuminance"][which])?;
         match which {
             0 => Sky::of_zenith(pattern, given, ground_reflectance),
             _ => Sky::of_horizontal(pattern, given, ground_reflectance),
         }
     };
     let site = fields.get("median_diffuse_illuminance_lx");
-    let median_lx = site.map_or(Ok(MEDIAN_DIFFUSE_LX), |node| node.above_zero("the median diffuse illuminance"))?;
+    let median_lx = site.map_or(Ok(MEDIAN_DIFFUSE_LX), |node| node.amount("the median diffuse illuminance"))?;
     let targets = DaylightTargets::of_site(median_lx);
     // The returned luminous flux is a placeholder: it only shows whether there is light.
     Ok((sky.horizontal_lx(), sky, targets))
@@ -100,9 +107,9 @@ fn pattern(fields: &Fields, distribution: usize) -> Result<SkyPattern, SceneErro
 /// The all-weather sky, from the illuminance by the sun (which is not part of it) and by the sky.
 fn all_weather(fields: &Fields, maintained: f64, ground_reflectance: f64) -> Result<Sky, SceneError> {
     let sun = sun_above(fields)?;
-    let direct_node = fields.need(PEREZ_KEYS[0], "60000")?;
-    let direct_lx = direct_node.at_least_zero("the direct normal illuminance")?;
-    let diffuse_lx = fields.need(PEREZ_KEYS[1], "18000")?.above_zero("the diffuse horizontal illuminance")?;
+    let direct_node = fields.need(PEREZ_KEYS[0])?;
+    let direct_lx = direct_node.amount("the direct normal illuminance")?;
+    let diffuse_lx = fields.need(PEREZ_KEYS[1])?.amount("the diffuse horizontal illuminance")?;
     let class = SkyClass::of_illuminance(sun.z.clamp(0.0, 1.0).asin().to_degrees(), direct_lx, diffuse_lx);
     let Some(pattern) = SkyPattern::all_weather(&class, sun) else {
         return Err(direct_node.refuse(

@@ -1,5 +1,7 @@
 //! Requirements of receivers, and entries of standards that contain them.
 
+use super::keys::{ABOVE_ZERO, BOOLEAN, Key, SHARE_ABOVE_ZERO, TEXT, ValueShape, from_to, optional};
+
 /// Quantity that a requirement limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
@@ -36,7 +38,7 @@ impl Measure {
 
     /// Key in scene files and result files.
     pub fn key(self) -> &'static str {
-        KEYS[self as usize]
+        KEYS[self as usize].name
     }
 
     /// Whether the limit is a least value; otherwise it is a greatest value.
@@ -74,7 +76,7 @@ pub enum Area {
 
 impl Area {
     /// Name as in files, an English word.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Area::Task => "task",
             Area::Surroundings => "surroundings",
@@ -160,22 +162,27 @@ impl StandardEntry {
 const BEFORE_2021: &str = "5.";
 
 /// Keys of `requirements`: the measures in order, the standards, and the others.
-pub(super) const KEYS: [&str; 14] = [
-    "average_lx",
-    "minimum_lx",
-    "maximum_lx",
-    "uniformity",
-    "uniformity_ud",
-    "direct_minimum_lx",
-    "direct_uniformity_ud",
-    "ugr",
-    "en_12464_1",
-    "en_12193",
-    "en_1838",
-    FLUX_FACTOR,
-    AREA,
-    MODIFIED,
+#[rustfmt::skip]
+pub(super) const KEYS: [Key; 14] = [
+    optional("average_lx", ABOVE_ZERO, "Least average, in lx."),
+    optional("minimum_lx", ABOVE_ZERO, "Least minimum, in lx."),
+    optional("maximum_lx", ABOVE_ZERO, "Greatest maximum, in lx."),
+    optional("uniformity", SHARE_ABOVE_ZERO, "Least uniformity U0, minimum over average."),
+    optional("uniformity_ud", SHARE_ABOVE_ZERO, "Least uniformity Ud, minimum over maximum."),
+    optional("direct_minimum_lx", ABOVE_ZERO, "Required minimum of the direct illuminance times `flux_factor`, in lx."),
+    optional("direct_uniformity_ud", SHARE_ABOVE_ZERO, "Required minimum over maximum of the direct illuminance."),
+    optional("ugr", from_to(10.0, 40.0), "Greatest glare rating of any observer."),
+    optional("en_12464_1", TEXT,
+        "Reference of an entry of EN 12464-1, such as \"34.2\" (2021) or \"5.26.2\" (2011). Numbers beside it replace those of the entry."),
+    optional("en_12193", TEXT, "Class of EN 12193 of ball games in halls: \"I\", \"II\" or \"III\"."),
+    optional("en_1838", TEXT, "Emergency lighting by EN 1838: \"escape route\" or \"open area\"; direct light only."),
+    optional(FLUX_FACTOR, SHARE_ABOVE_ZERO, "Share of the luminous flux that remains on batteries, for requirements on direct light; 1 by default."),
+    optional(AREA, ValueShape::Choice(&AREA_NAMES), "Part of the room to which the entry of EN 12464-1 applies; the task area by default."),
+    IS_MODIFIED,
 ];
+/// Key that selects the modified average.
+pub(super) const IS_MODIFIED: Key =
+    optional(MODIFIED, BOOLEAN, "Whether the entry's modified average is required; false by default.");
 /// Keys that name an entry.
 pub(super) const STANDARDS: [(&str, Standard); 3] =
     [("en_12464_1", Standard::WorkPlaces), ("en_12193", Standard::Sports), ("en_1838", Standard::Emergency)];
@@ -183,7 +190,9 @@ pub(super) const STANDARDS: [(&str, Standard); 3] =
 pub(super) const AREA: &str = "area";
 /// Values of that key.
 pub(super) const AREAS: [Area; 5] = [Area::Task, Area::Surroundings, Area::Background, Area::Walls, Area::Ceiling];
-/// Key that selects the modified average.
+const AREA_NAMES: [&str; AREAS.len()] =
+    [AREAS[0].name(), AREAS[1].name(), AREAS[2].name(), AREAS[3].name(), AREAS[4].name()];
+/// Name of the key that selects the modified average.
 pub(super) const MODIFIED: &str = "modified";
 /// Key of the share of the flux that counts.
 pub(super) const FLUX_FACTOR: &str = "flux_factor";
@@ -243,7 +252,7 @@ mod tests {
 
     #[test]
     fn measures_have_the_keys_of_their_places() {
-        assert!(Measure::ALL.iter().zip(KEYS).all(|(measure, key)| measure.key() == key));
+        assert!(Measure::ALL.iter().zip(KEYS).all(|(measure, key)| measure.key() == key.name));
     }
 
     /// The table of EN 12464-1, and an average between its steps.

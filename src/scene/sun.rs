@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::keys::{FROM_ZERO, Form, Key, NUMBER, TEXT, form, from_to, optional};
+use super::luminaire_reading::COMMON;
 use super::reader::{Fields, Node};
 use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
 use crate::base::sun::Sun;
@@ -11,22 +13,30 @@ use crate::base::sun::Sun;
 pub(super) const POSITION_KEYS: [&str; 5] =
     ["sun_elevation_deg", "sun_azimuth_deg", "latitude_deg", "longitude_deg", "date_time"];
 
-/// Keys of a sun in addition to the common ones.
-pub(super) const KEYS: [&str; 7] = [
-    "sun_elevation_deg",
-    "sun_azimuth_deg",
-    "latitude_deg",
-    "longitude_deg",
-    "date_time",
-    "normal_illuminance_lx",
-    "horizontal_illuminance_lx",
+/// Keys of place and time.
+#[rustfmt::skip]
+pub(super) const PLACE_AND_TIME: &[Key] = &[
+    optional("latitude_deg", from_to(-90.0, 90.0), "Latitude, north positive.").such_as("51.5"),
+    optional("longitude_deg", from_to(-180.0, 180.0), "Longitude, east positive.").such_as("-0.1"),
+    optional("date_time", TEXT, "Date, time and zone, such as \"2026-06-21T12:30:00+02:00\".").such_as("\"2026-03-20T12:00:00Z\""),
 ];
+
+/// A sun.
+#[rustfmt::skip]
+pub(super) const FORM: Form = form("sun",
+    "The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.", &[COMMON, &[
+    optional("sun_elevation_deg", from_to(-90.0, 90.0), "Elevation in degrees; or place and time.").such_as("35"),
+    optional("sun_azimuth_deg", NUMBER, "Azimuth from +y (north) towards +x (east); 180 by default."),
+], PLACE_AND_TIME, &[
+    optional("normal_illuminance_lx", FROM_ZERO, "Illuminance in lx from the sun alone on a plane perpendicular to its rays."),
+    optional("horizontal_illuminance_lx", FROM_ZERO, "Illuminance in lx from the sun alone on an open horizontal plane."),
+]]).either(&[&["normal_illuminance_lx"], &["horizontal_illuminance_lx"]]);
 
 /// Reads a sun. Openings and flux follow once the whole scene is read.
 pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sun), SceneError> {
     let towards = direction(fields)?;
     let (which, node) = fields.one_of(["normal_illuminance_lx", "horizontal_illuminance_lx"])?;
-    let given_lx = maintained * node.at_least_zero(["the normal illuminance", "the horizontal illuminance"][which])?;
+    let given_lx = maintained * node.amount(["the normal illuminance", "the horizontal illuminance"][which])?;
     let sun = match which {
         0 => Some(Sun::of_normal(towards, given_lx)),
         _ => Sun::of_horizontal(towards, given_lx),
@@ -52,20 +62,20 @@ pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
                 return Err(node.refuse("the sun's position is given twice", "angles, or place and time", remedy));
             }
         }
-        let elevation_deg = within(&elevation, "the sun's elevation", 90.0)?;
+        let elevation_deg = within(&elevation, "the sun's elevation")?;
         let azimuth_deg = fields.get("sun_azimuth_deg").map_or(Ok(180.0), |node| node.number())?;
         return Ok(direction_of(elevation_deg, azimuth_deg));
     }
     if !["latitude_deg", "longitude_deg", "date_time"].iter().any(|key| fields.get(key).is_some()) {
-        fields.need("sun_elevation_deg", "35")?;
+        fields.need("sun_elevation_deg")?;
     }
     if let Some(node) = fields.get("sun_azimuth_deg") {
         let expected = "an azimuth together with an elevation";
         return Err(node.refuse("place and time determine the azimuth", expected, "leave the key out"));
     }
-    let latitude_deg = within(&fields.need("latitude_deg", "51.5")?, "the latitude", 90.0)?;
-    let longitude_deg = within(&fields.need("longitude_deg", "-0.1")?, "the longitude", 180.0)?;
-    let node = fields.need("date_time", "\"2026-03-20T12:00:00Z\"")?;
+    let latitude_deg = within(&fields.need("latitude_deg")?, "the latitude")?;
+    let longitude_deg = within(&fields.need("longitude_deg")?, "the longitude")?;
+    let node = fields.need("date_time")?;
     let moment = moment_of(node.text()?).ok_or_else(|| {
         node.refuse(
             "a date and time that cannot be read",
@@ -77,8 +87,9 @@ pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
     Ok(direction_of(elevation_deg, azimuth_deg))
 }
 
-fn within(node: &Node, what: &str, limit: f64) -> Result<f64, SceneError> {
-    let number = node.number()?;
+/// Returns an angle whose magnitude is at most the greatest of the key's range.
+fn within(node: &Node, what: &str) -> Result<f64, SceneError> {
+    let (number, limit) = (node.number()?, node.range().most);
     if number.abs() <= limit {
         return Ok(number);
     }

@@ -10,13 +10,17 @@ use glam::DVec3;
 use super::bodies::Body;
 use super::error::SceneError;
 use super::given;
+use super::keys::{
+    ABOVE_ZERO, ANY_LENGTH, BOOLEAN, Form, Key, NOT_EMPTY, ObjectKinds, TEXT, TYPE, VECTOR, ValueShape, form, needed,
+    optional,
+};
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
 use super::materials::Material;
 use super::mesh_builder::UNNAMED_PART;
 use super::mesh_file::MeshFile;
 use super::model::{MaterialId, Surface, SurfaceId};
 use super::names::{listed, place_words};
-use super::placing::Placing;
+use super::placing::{self, Placing};
 use super::reader::{Fields, Node, meant};
 use super::reported::Reporting;
 use super::series::{self, WrittenBody};
@@ -25,28 +29,83 @@ use super::under_way;
 use super::units::LengthUnit;
 use super::weld::weld;
 
-/// The geometry types; names as in files.
-pub(super) const TYPES: [&str; 5] = ["box", "rectangle", "mesh", "sphere", "spherical_harmonics"];
+/// The kinds of geometry.
+pub(super) const KINDS: ObjectKinds =
+    ObjectKinds { name: "Geometry", doc: "Geometry.", forms: || vec![BOX, RECTANGLE, MESH, SPHERE, HARMONICS] };
 
-/// Keys that each geometry type has in addition to the common ones.
-const OWN_KEYS: [&[&str]; 5] = [
-    &["min", "max", "facing", "material", "materials"],
-    &["origin", "u", "v", "material"],
-    &["file", "vertices", "faces", "material", "materials"],
-    &["center", "radius", "facing", "material"],
-    series::OWN_KEYS,
-];
+#[rustfmt::skip]
+const BOX: Form = form("box",
+    "An axis-parallel box; its faces are NAME/floor, /ceiling, /x_min, /x_max, /y_min and /y_max.", &[NAMED, &[
+    needed("min", VECTOR, "[0, 0, 0]", "Lowest corner."),
+    needed("max", VECTOR, "[8, 6, 3]", "Highest corner."),
+    facing("Which side of the faces is their front (outward by default)."),
+    optional("material", TEXT, "Material of all faces that `materials` does not name."),
+    optional("materials", ValueShape::Object(&BOX_MATERIALS), "Materials of single faces."),
+], &placed(EDGE)]);
+#[rustfmt::skip]
+const RECTANGLE: Form = form("rectangle", "A rectangle; its normal is u × v.", &[NAMED, &[
+    needed("origin", VECTOR, "[0, 0, 0]", "A corner."),
+    needed("u", VECTOR, "[1, 0, 0]", "Vector from the corner along one side."),
+    needed("v", VECTOR, "[0, 1, 0]", "Vector from the corner along the other side."),
+    MATERIAL,
+], &placed(EDGE)]);
+#[rustfmt::skip]
+const MESH: Form = form("mesh",
+    "A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL; STL and PLY too. Or of \
+     `vertices` and `faces` that stand here.", &[NAMED, &[
+    optional("file", TEXT, "The OBJ, glTF, GLB, STL or PLY file.").such_as("\"desks.obj\", or \"vertices\" and \"faces\""),
+    optional("vertices", ValueShape::List(&VECTOR, ANY_LENGTH), "Vertices instead of a file."),
+    optional("faces", ValueShape::List(&ValueShape::List(&ValueShape::Index, ANY_LENGTH), NOT_EMPTY),
+        "The numbers of the vertices of each face, from 0, counter-clockwise seen from its front.")
+        .such_as("[[0, 1, 2], …]: the numbers of the vertices of each face, from 0"),
+    optional("material", TEXT, "Material of all parts without one of their own."),
+    optional("materials", ValueShape::Map(&TEXT),
+        "Materials by the file's `usemtl` or material names; otherwise the scene's material of that name is used."),
+], &placed(EDGE)]).either(&[&["file"], &["vertices", "faces"]]);
+#[rustfmt::skip]
+const SPHERE: Form = form("sphere", "A sphere, as triangles inscribed in it.", &[NAMED, &[
+    needed("center", VECTOR, "[0, 0, 1]", "Centre."),
+    needed("radius", ABOVE_ZERO, "0.3", "Radius."),
+    facing(FRONT),
+    MATERIAL,
+], &placed("Longest edge of the sphere's triangles.")]);
+#[rustfmt::skip]
+const HARMONICS: Form = form("spherical_harmonics",
+    "A smooth closed body whose radius by direction is a series of spherical harmonics; rays meet it exactly.",
+    &[NAMED, series::OWN_KEYS, &[facing(FRONT), MATERIAL], &placed("Longest chord of the body's elements.")]);
 
-/// Keys of a geometry type. `kind` is the index in [`TYPES`].
-pub(super) fn keys(kind: usize) -> Vec<&'static str> {
-    let placed: &[&str] = &["two_sided", "max_element_edge", "report", "transform"];
-    [&["name", "type"], OWN_KEYS[kind], placed].concat()
+/// Keys and documents that several kinds of geometry share.
+const NAMED: &[Key] = &[needed("name", TEXT, "\"room\"", "Name of the geometry."), TYPE];
+const MATERIAL: Key = needed("material", TEXT, "…", "Material.");
+const EDGE: &str = "Triangles are split into elements until no edge is longer.";
+const FRONT: &str = "Which side is the front (outward by default).";
+
+const fn facing(doc: &'static str) -> Key {
+    optional("facing", ValueShape::Choice(&FACINGS), doc)
 }
 
-/// Keys of a box's `materials`.
-pub(super) const BOX_MATERIALS: [&str; 7] = ["floor", "ceiling", "walls", "x_min", "x_max", "y_min", "y_max"];
+#[rustfmt::skip]
+const fn placed(edge_doc: &'static str) -> [Key; 4] {
+    [
+        optional("two_sided", BOOLEAN, "Whether both sides reflect and are reported."),
+        optional("max_element_edge", ABOVE_ZERO, edge_doc),
+        optional("report", BOOLEAN, "Whether the report and the terminal list it (area luminaires: false by default)."),
+        optional("transform", ValueShape::Object(&placing::FORM), "Scale, rotation and translation."),
+    ]
+}
+
+#[rustfmt::skip]
+const BOX_MATERIALS: Form = form("BoxMaterials", "Materials of single faces of a box.", &[&[
+    optional("floor", TEXT, "Lowest z."),
+    optional("ceiling", TEXT, "Highest z."),
+    optional("walls", TEXT, "All four walls."),
+    optional("x_min", TEXT, "Wall at the lowest x."),
+    optional("x_max", TEXT, "Wall at the highest x."),
+    optional("y_min", TEXT, "Wall at the lowest y."),
+    optional("y_max", TEXT, "Wall at the highest y."),
+]]);
 /// Values of `facing`.
-pub(super) const FACINGS: [&str; 2] = ["outward", "inward"];
+const FACINGS: [&str; 2] = ["outward", "inward"];
 
 /// Most element sides of a scene: the sums of a run take some hundred bytes per element side.
 const MOST_CELLS: f64 = 33_554_432.0;
@@ -207,16 +266,14 @@ impl Surfaces {
 
     /// Reads the values that all geometry types share, and reserves the geometry's name.
     fn common_of<'a>(&mut self, node: &Node<'a>) -> Result<GeometryKeys<'a>, SceneError> {
-        let number = node.fields("a geometry")?.need("type", "\"box\"")?.choice(&TYPES)?;
-        let kind = TYPES[number];
-        let fields = node.fields(&format!("a {kind} geometry"))?;
-        fields.only(&keys(number))?;
-        let name_node = fields.need("name", "\"room\"")?;
+        let form = &(KINDS.forms)()[node.kind("a geometry", &KINDS)?];
+        let kind = form.name;
+        let fields = node.object(&format!("a {kind} geometry"), form)?;
+        let name_node = fields.need("name")?;
         let name = name_node.name()?;
         self.claim(&name_node, name)?;
         let two_sided = fields.get("two_sided").map_or(Ok(false), |node| node.boolean())?;
-        let longest_edge =
-            fields.get("max_element_edge").map(|node| node.above_zero("the longest edge")).transpose()?;
+        let longest_edge = fields.get("max_element_edge").map(|node| node.amount("the longest edge")).transpose()?;
         let reporting = match (fields.get("report"), kind) {
             (Some(node), _) => Reporting::Asked(node.boolean()?),
             (None, "mesh") => Reporting::Part,
@@ -326,8 +383,8 @@ impl Surfaces {
 
     fn read_sphere(&mut self, common: &GeometryKeys, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
         let GeometryKeys { fields, name, placing, longest_edge, .. } = common;
-        let center = fields.need("center", "[0, 0, 1]")?.vector()?;
-        let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
+        let center = fields.need("center")?.vector()?;
+        let radius = fields.need("radius")?.amount("the radius")?;
         let inward = faces_inward(fields)?;
         let frequency = shapes::sphere_frequency(radius * placing.scale, *longest_edge);
         if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(MOST_SPHERE_FREQUENCY)) {
@@ -391,12 +448,12 @@ impl Surfaces {
 }
 
 fn faces_inward(fields: &Fields) -> Result<bool, SceneError> {
-    fields.get("facing").map_or(Ok(false), |node| Ok(FACINGS[node.choice(&FACINGS)?] == "inward"))
+    fields.get("facing").map_or(Ok(false), |node| Ok(FACINGS[node.choice()?] == "inward"))
 }
 
 fn read_box(fields: &Fields) -> Result<GeometryShape, SceneError> {
-    let min = fields.need("min", "[0, 0, 0]")?.vector()?;
-    let max_node = fields.need("max", "[8, 6, 3]")?;
+    let min = fields.need("min")?.vector()?;
+    let max_node = fields.need("max")?;
     let max = max_node.vector()?;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         if min[axis] >= max[axis] {
@@ -412,9 +469,9 @@ fn read_box(fields: &Fields) -> Result<GeometryShape, SceneError> {
 }
 
 fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
-    let origin = fields.need("origin", "[0, 0, 0]")?.vector()?;
-    let u = fields.need("u", "[1, 0, 0]")?.vector()?;
-    let v_node = fields.need("v", "[0, 1, 0]")?;
+    let origin = fields.need("origin")?.vector()?;
+    let u = fields.need("u")?.vector()?;
+    let v_node = fields.need("v")?;
     let v = v_node.vector()?;
     if !super::vectors::span_a_plane(u, v) {
         let expected = "two vectors that span an area";
@@ -439,7 +496,7 @@ fn read_mesh(
     if let Some(vertices) = given::vertices(fields)? {
         return given::mesh(fields, &vertices);
     }
-    let node = fields.need("file", "\"desks.obj\", or \"vertices\" and \"faces\"")?;
+    let node = fields.need("file")?;
     let path = around.base_dir.join(node.name()?);
     let read = MeshFile::open(&path).and_then(|mut file| file.shape(around.unit, warnings));
     let mut shape = read.map_err(|error| error.named_by(node.as_namer()))?;
@@ -469,10 +526,10 @@ fn part_materials(
     let whole = fields.get("material").map(|node| around.material(&node)).transpose()?;
     let mut own: HashMap<&str, MaterialId> = HashMap::new();
     if let Some(node) = fields.get("materials") {
-        let overrides = node.fields("materials of a geometry")?;
+        let mut overrides = node.fields("materials of a geometry")?;
         let known: HashSet<&str> = parts.iter().flatten().copied().collect();
         if kind == "box" {
-            overrides.only(&BOX_MATERIALS)?;
+            overrides = overrides.of(&BOX_MATERIALS)?;
         }
         for entry in overrides.entries() {
             if kind == "mesh" && !known.contains(entry.name) {

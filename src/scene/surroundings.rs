@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::error::SceneError;
 use super::evaluation_grid::overlap;
 use super::grid_frame::refuse_too_many;
+use super::keys::{FROM_ZERO, Form, Key, TEXT, ValueShape, form, optional};
 use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
@@ -20,9 +21,17 @@ use super::unique_names::{Names, made_name};
 use super::units::LengthUnit;
 use super::vectors::direction;
 
-/// Key of a grid for its surroundings, and the keys of the value.
-pub(super) const KEY: &str = "surroundings";
-pub(super) const KEYS: [&str; 3] = ["within", "band", "background"];
+/// Key of a grid for its surroundings.
+pub(super) const KEY: Key =
+    optional("surroundings", ValueShape::Object(&FORM), "Receivers around the task area, by the rule of EN 12464-1.");
+
+/// Keys of the value.
+#[rustfmt::skip]
+const FORM: Form = form("Surroundings", "Receivers around a task area by the rule of EN 12464-1: in a band, and in a wider one around that.", &[&[
+    optional("within", TEXT, "The floor that bounds the room: a geometry or a part of one; by default the surface on which the grid lies."),
+    optional("band", FROM_ZERO, "Width of the immediate surroundings; 0.5 m by default, 0 for none."),
+    optional("background", FROM_ZERO, "Width of the background; 3 m by default, 0 for none."),
+]]);
 
 /// Default widths in m of the band and of the background: the least values of EN 12464-1.
 const USUAL_WIDTHS_M: [f64; 2] = [0.5, 3.0];
@@ -47,14 +56,12 @@ pub(super) fn read(
     names: &mut Names,
     most: u64,
 ) -> Result<Vec<ReceiverSet>, SceneError> {
-    let Some(node) = fields.get(KEY) else { return Ok(Vec::new()) };
-    let given = node.fields("the surroundings of a task area")?;
-    given.only(&KEYS)?;
+    let Some(node) = fields.get(KEY.name) else { return Ok(Vec::new()) };
+    let given = node.object("the surroundings of a task area", &FORM)?;
     let floor_node = match given.get("within") {
         Some(node) => node,
-        None => {
-            fields.need("surface", "\"within\": \"room/floor\" in \"surroundings\": the floor that bounds the room")?
-        }
+        None => fields
+            .need_as("surface", "\"within\": \"room/floor\" in \"surroundings\": the floor that bounds the room")?,
     };
     let (Some(rectangle), true) = (TaskRectangle::of(&task.layout), task.quantity == Quantity::Perpendicular) else {
         return Err(node.refuse(
@@ -66,7 +73,7 @@ pub(super) fn read(
     let floor = floor_triangles(surfaces, &floor_node, &rectangle)?;
     let widths_m = [("band", USUAL_WIDTHS_M[0]), ("background", USUAL_WIDTHS_M[1])].map(|(key, usual_m)| {
         let node = given.get(key);
-        node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.at_least_zero("the width")?)))
+        node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.amount("the width")?)))
     });
     let [band_m, background_m] = widths_m;
     let (band_m, background_m) = (band_m?, background_m?);

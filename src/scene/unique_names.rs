@@ -4,14 +4,20 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::error::SceneError;
+use super::keys::{Key, TEXT, needed};
 use super::reader::{Fields, Node};
 
 /// Names with the paths of the values that gave them. The names of an array share one path.
 pub(super) type Names = HashMap<String, Rc<str>>;
 
+/// The key of a name.
+pub(super) const fn name(doc: &'static str) -> Key {
+    needed("name", TEXT, "\"…\"", doc)
+}
+
 /// Reads a name. It refuses a name that another item of the same kind already has.
 pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, SceneError> {
-    let node = fields.need("name", "\"…\"")?;
+    let node = fields.need("name")?;
     let name = node.name()?;
     if let Some(first) = names.insert(name.to_string(), node.json_path().into()) {
         return Err(node.refuse_as(
