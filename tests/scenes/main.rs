@@ -8,5 +8,6 @@ mod reading;
 mod refusal_cases;
 mod refusals;
 mod sample_scenes;
+mod schema;
 mod showrooms;
 mod surroundings;
