@@ -6,11 +6,10 @@ use crate::solver::context::Context;
 use crate::solver::regions::POINTS_OF_A_BLOCK;
 
 /// Chains per replica at which counts are judged for the first time, and walks from each point at the first look. If the pilot finds that
-/// the target takes few walks, the first look comes at this share of them. But it never comes before the fewest walks that show their
-/// scatter.
+/// the target takes few walks, the first look comes at this share of them. Early looks make early forecasts.
 const FIRST_COUNTED_CHAINS: u64 = 256;
-pub(super) const FIRST_WALKS: u64 = 4;
-const FEWEST_FIRST_WALKS: u64 = 2;
+pub(super) const FIRST_WALKS: u64 = 2;
+const FEWEST_FIRST_WALKS: u64 = 1;
 const SHARE_OF_FIRST_LOOK: f64 = 0.7;
 
 /// Ratio of the walks needed from quasi-random first directions to the independent walks that a pilot predicts. In 62 receiver sets of 15

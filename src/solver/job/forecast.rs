@@ -36,6 +36,9 @@ const DEVIATION_BY_CUTTING: f64 = 0.7;
 /// Errors fall with the work to these powers: for walks and connections from quasi-random points, and for gathering (up to a look, where
 /// cells grow with the rays). Last, the standard deviation of the power among maps.
 const EXPONENT_OF_WALKS: f64 = 0.55;
+/// Passes from which walks gain no more by quasi-random points where luminaires are near surfaces: the light of these is found by packets
+/// and by walks that meet it by chance, and this remains.
+const PASSES_TO_CHANCE: u64 = 64;
 const EXPONENT_OF_GATHERING: f64 = 0.44;
 const DEVIATION_OF_EXPONENT: f64 = 0.04;
 /// Standard deviation of the logarithm of an error of connections from quasi-random points, around their power law.
@@ -255,7 +258,8 @@ impl Job {
             (_, Engine::Walk) => {
                 let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx);
                 let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
-                (self.walking.brought * self.walking.to_come * even + last_rays, DEVIATION_BY_PILOT)
+                let rays_ahead = self.control_variates.survey_rays * self.map.len() as f64;
+                (self.walking.brought * self.walking.to_come * even + rays_ahead + last_rays, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
@@ -286,7 +290,7 @@ impl Job {
         };
         let done = self.kept_rays() as f64;
         let rays_per_sample = done / self.samples.max(1) as f64;
-        let exponent = self.error_exponent();
+        let exponent = self.error_exponent(context);
         let needed = needed_work(target, judgement, exponent);
         if !needed.is_finite() {
             let chance = SHARE_OF_CHANCE * target * target;
@@ -325,10 +329,11 @@ impl Job {
         }
     }
 
-    /// Rays that `samples` samples take in all, estimated from those so far. Passes over direct light do not grow evenly with samples.
+    /// Rays that `samples` samples take in all, estimated from those so far. Passes over direct light do not grow evenly with samples, and
+    /// the first pass also makes the control variates.
     fn rays_of(&self, samples: f64) -> f64 {
-        let passes = self.map.direct_samples.complete.max(1) as f64;
-        let direct = self.work.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
+        let passes = self.passes_at(samples.ceil() as u64).saturating_sub(self.map.direct_samples.complete);
+        let direct = self.work.direct_rays as f64 + passes as f64 * self.share.rays_per_pass * REPLICAS as f64;
         let indirect = self.kept_rays().saturating_sub(self.work.direct_rays) as f64 / self.samples.max(1) as f64;
         direct + indirect * samples
     }
@@ -348,9 +353,12 @@ impl Job {
     }
 
     /// The power of the work with which its error falls: docs/methods.md, "The forecast".
-    pub fn error_exponent(&self) -> f64 {
+    pub fn error_exponent(&self, context: &Context) -> f64 {
         match self.engine {
             Engine::Collision => EXPONENT_OF_INDEPENDENT_SAMPLES,
+            Engine::Walk if context.world.near_luminaires.is_some() && self.samples >= PASSES_TO_CHANCE => {
+                EXPONENT_OF_INDEPENDENT_SAMPLES
+            }
             Engine::Walk | Engine::Local(_) => EXPONENT_OF_WALKS,
             Engine::Gather => EXPONENT_OF_GATHERING,
         }
