@@ -61,7 +61,7 @@ fn walks(criterion: &mut Criterion) {
                 let origin = world.tracer.side_origin(point.position_m, point.normal);
                 let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
                 stream.seek(walk);
-                sum_lx += sample_indirect_lx(&world, &receiver, &mut cut, &mut stream).0;
+                sum_lx += sample_indirect_lx(&world, &receiver, &mut cut, &mut stream).value;
             }
             first += BATCH;
             sum_lx

@@ -149,7 +149,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     show("walks at receivers, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
-            sample_indirect_lx(&world, receiver, &mut Cut::default(), stream).0
+            sample_indirect_lx(&world, receiver, &mut Cut::default(), stream).value
         })
     });
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
@@ -159,7 +159,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     show("gathering rays with a perfect cache, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
             let mut cache = Exact { table_lx: &table_lx };
-            walk_indirect_lx(&world, receiver, &mut cache, &mut Cut::default(), stream).0
+            walk_indirect_lx(&world, receiver, &mut cache, &mut Cut::default(), stream).value
         })
     });
 
@@ -199,9 +199,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             for (entry, sum) in sums.iter_mut().enumerate() {
                 for walk in 0..walks {
                     start(stream, quasi, 1 + entry as u64, walk);
-                    let (value, _) =
-                        anchors.sample_rest(&world, set, entry, connecting.bound, &mut Cut::default(), stream);
-                    *sum += value / walks as f64;
+                    let rest = anchors.sample_rest(&world, set, entry, connecting.bound, &mut Cut::default(), stream);
+                    *sum += rest.value / walks as f64;
                 }
             }
             sums
@@ -217,7 +216,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let samples = (0..count).map(|number| {
                 start(stream, quasi, entry as u64, number);
-                sample_reflected_lx(&world, set.quantity, &receiver, &mut Cut::default(), stream).0
+                sample_reflected_lx(&world, set.quantity, &receiver, &mut Cut::default(), stream).value
             });
             samples.sum::<f64>() / count as f64
         });

@@ -6,7 +6,7 @@ use crate::estimators::receiver::Receiver;
 use crate::geometry::SurfaceHit;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::transport::PacketConnection;
+use crate::transport::{PacketConnection, Traced};
 
 /// Answer of the cache at a diffuse surface that a walk met. It determines what the walk does next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,10 +53,8 @@ pub enum WalkEvent<'a> {
     GoesOn {
         /// Factor on the rest of the walk.
         weight: f64,
-        /// Light found before, in lm/m².
-        sum_lm_m2: f64,
-        /// Rays traced before.
-        rays: u64,
+        /// Light found before in lm/m², and rays traced before.
+        before: Traced,
     },
     /// A light sample from the first surface that the walk met found a near luminaire.
     FoundNear {

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::receiver::Receiver;
 use crate::sampling::emitter::{EmitterView, Emitters, LightSample};
 use crate::sampling::random::{Square, Stream};
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 use survey::Survey;
 
@@ -147,10 +147,10 @@ impl ControlVariate {
         receiver: &Receiver,
         views: &mut Views<'a>,
         stream: &mut Stream,
-    ) -> (f64, u64) {
-        let (mut sum_lx, mut rays) = (self.sum_lx, 0);
+    ) -> Traced {
+        let mut sum = Traced { value: self.sum_lx, rays: 0 };
         let Some(last) = self.items.last() else {
-            return (sum_lx, rays);
+            return sum;
         };
         let step_lx = last.cumulative_lx / self.samples as f64;
         let first = stream.fine_unit();
@@ -168,13 +168,13 @@ impl ControlVariate {
             let variates = stream.next_pair();
             let light_sample = views.light_sample(&world.emitters, item.emitter, receiver, stream);
             let found_lx = light_sample.map_or(0.0, |sample| {
-                rays += 1;
+                sum.rays += 1;
                 sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
             });
             let expected_lx = item.expected_lx + item.change_lx(variates);
-            sum_lx += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
+            sum.value += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
         }
-        (sum_lx, rays)
+        sum
     }
 }
 
@@ -256,7 +256,7 @@ mod tests {
             let (point_m, normal) = (DVec3::new(x, 1.3, 0.3), DVec3::Z);
             let origin = world.tracer.side_origin(point_m, normal);
             let receiver = Receiver { point_m, normal, origin: &origin };
-            let sampled = |seed: u64, is_quasi: bool, sample: &mut dyn FnMut(&mut Stream) -> (f64, u64)| {
+            let sampled = |seed: u64, is_quasi: bool, sample: &mut dyn FnMut(&mut Stream) -> Traced| {
                 let mut stream = Stream::new(seed, Purpose::Direct, 0, 0);
                 let mut rays = 0;
                 let samples: Vec<f64> = (0..N)
@@ -266,9 +266,9 @@ mod tests {
                         } else {
                             stream.seek(index)
                         }
-                        let (lx, sample_rays) = sample(&mut stream);
-                        rays += sample_rays;
-                        lx
+                        let sampled = sample(&mut stream);
+                        rays += sampled.rays;
+                        sampled.value
                     })
                     .collect();
                 (mean_and_error(&samples), rays as f64 / N as f64)
@@ -311,7 +311,7 @@ mod tests {
         let origin = world.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
         let control_variate = DirectPass::default().control_variate(&world, &receiver, 64.0);
-        let (lx, rays) = control_variate.sample(
+        let Traced { value: lx, rays } = control_variate.sample(
             &world,
             &receiver,
             &mut Views::default(),

@@ -11,7 +11,7 @@ use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
-use crate::transport::{HIDDEN, LightInSight, TriangleSide, World};
+use crate::transport::{HIDDEN, LightInSight, Traced, TriangleSide, World};
 
 /// Up to this number, each emitter gets a light sample in every pass, at a receiver and at a glossy sub-point that an eye sees. If there
 /// are more emitters, a stratified choice represents all.
@@ -53,10 +53,10 @@ impl DirectPass {
     ///
     /// Every emitter gives its exact unshadowed illuminance times the visibility of one of its points. The point is drawn in proportion to
     /// its illuminance.
-    pub fn at_point(&mut self, world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    pub fn at_point(&mut self, world: &World, receiver: &Receiver, stream: &mut Stream) -> Traced {
         let mut sum_lx = 0.0;
         let rays = self.parts_at_point(world, receiver, stream, |lx, _| sum_lx += lx);
-        (sum_lx, rays)
+        Traced { value: sum_lx, rays }
     }
 
     /// The same part by part. Each part comes with its light sample. Returns the number of rays.
@@ -146,11 +146,11 @@ impl DirectPass {
         receiver: &Receiver,
         count: usize,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let first = stream.fine_unit();
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         let choices = world.choices(spot, point_m, normal, &mut self.cut);
-        let (mut sum_lx, mut rays) = (0.0, 0);
+        let mut sum = Traced::default();
         for step in 0..count {
             let variate = (first + step as f64) / count as f64;
             let Some((index, probability)) = choices.choose(variate) else {
@@ -158,11 +158,11 @@ impl DirectPass {
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
             if let Some(sample) = world.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
-                sum_lx += sample.unshadowed_lx / probability * world.seen_share(&sample, receiver.origin);
-                rays += 1;
+                sum.value += sample.unshadowed_lx / probability * world.seen_share(&sample, receiver.origin);
+                sum.rays += 1;
             }
         }
-        (sum_lx / count as f64, rays)
+        sum / count as f64
     }
 
     fn weigh(&mut self, world: &World, weight: impl Fn(&Emitter) -> f64) {
@@ -209,13 +209,12 @@ impl DirectPass {
     ///
     /// A point emitter uses the exact solid angle of a flat element, Ē = I Ω/A. For all other emitters, and on smooth bodies, a point is
     /// drawn uniformly in the element.
-    pub fn over_element(&mut self, world: &World, element: &Element, stream: &mut Stream) -> (f64, u64) {
+    pub fn over_element(&mut self, world: &World, element: &Element, stream: &mut Stream) -> Traced {
         if world.is_unlit(element.spot()) {
-            return (0.0, 0);
+            return Traced::default();
         }
         if world.emitters.list().len() <= MOST_EACH {
-            let mut sum_lx = 0.0;
-            let mut rays = 0;
+            let mut sum = Traced::default();
             for emitter in world.emitters.list() {
                 let point = if element.is_curved() { None } else { emitter.draw_point(stream) };
                 let brought_lx = match point {
@@ -230,10 +229,10 @@ impl DirectPass {
                         })
                     }
                 };
-                rays += u64::from(brought_lx.is_some());
-                sum_lx += brought_lx.unwrap_or(0.0);
+                sum.rays += u64::from(brought_lx.is_some());
+                sum.value += brought_lx.unwrap_or(0.0);
             }
-            return (sum_lx, rays);
+            return sum;
         }
         let at = element.draw(world, stream);
         let origin = element.origin(world, at);
@@ -279,9 +278,9 @@ impl DirectPass {
         }
         let emitters = world.emitters.list();
         if emitters.len() > MOST_EACH {
-            let (one_lx, one_rays) = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
-            let (other_lx, other_rays) = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
-            return ([one_lx, other_lx], one_rays + other_rays);
+            let one = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
+            let other = self.chosen_samples(world, spot, receiver, SAMPLES_OVER_ELEMENT, stream);
+            return ([one.value, other.value], one.rays + other.rays);
         }
         let mut sums_lx = [0.0; 2];
         let mut rays = 0;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DQuat, DVec3};
 
 use crate::sampling::random::Stream;
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Maximum number of emitters that one sample evaluates. Of more emitters, this number is chosen by flux.
 const MOST_EMITTERS: usize = 16;
@@ -17,23 +17,21 @@ pub fn sample_intensity_cd(
     direction: DVec3,
     turned_about: Option<DVec3>,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let direction = match turned_about {
         Some(axis) => (DQuat::from_axis_angle(axis, TAU * stream.unit()) * direction).normalize(),
         None => direction,
     };
     let emitters = world.emitters.list();
-    let (mut sum_cd, mut rays) = (0.0, 0);
+    let mut sum = Traced::default();
     let mut sample = |index: usize, weight: f64, stream: &mut Stream| {
         if let Some((intensity_cd, place)) = emitters[index].seen_from_afar(direction, stream) {
-            let (passed, more_rays) = world.transmittance_out(&world.origin(&place), direction);
-            sum_cd += weight * intensity_cd * passed;
-            rays += more_rays;
+            sum += weight * intensity_cd * world.transmittance_out(&world.origin(&place), direction);
         }
     };
     if emitters.len() <= MOST_EMITTERS {
         (0..emitters.len()).for_each(|index| sample(index, 1.0, stream));
-        return (sum_cd, rays);
+        return sum;
     }
     let flux_lm = world.emitters.luminous_flux_lm();
     for number in 0..MOST_EMITTERS {
@@ -42,5 +40,5 @@ pub fn sample_intensity_cd(
         let probability = emitters[index].luminous_flux_lm / flux_lm;
         sample(index, 1.0 / (probability * MOST_EMITTERS as f64), stream);
     }
-    (sum_cd, rays)
+    sum
 }

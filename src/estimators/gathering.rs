@@ -157,8 +157,8 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 /// met one), and the number of rays.
 fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
     let mut first = FirstDiffuse { samples: true, edges: EDGES_FROM_CELLS, found: None };
-    let (plain_lx, rays) = walk_indirect_lx(world, receiver, &mut first, cut, stream);
-    (plain_lx, first.found, rays)
+    let plain = walk_indirect_lx(world, receiver, &mut first, cut, stream);
+    (plain.value, first.found, plain.rays)
 }
 
 /// The point that a ray from a receiver meets, if any, and the number of rays. No light sample is taken there. Its direction follows a

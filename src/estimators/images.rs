@@ -15,7 +15,7 @@ use crate::geometry::Origin;
 use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::transport::{Mirrors, World};
+use crate::transport::{Mirrors, Traced, World};
 
 /// Least probability of continuing after a weak reflection. Panes get brighter at grazing angles, so the middle of a beam alone must not
 /// decide.
@@ -139,21 +139,21 @@ pub fn sample_points_in_mirrors(
     response: impl Fn(DVec3) -> f64,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
-    let (sun_lx, sun_rays) = match mirrors.sun {
+    let of_sun = match mirrors.sun {
         Some(number) => sample_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
             let sample = world.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
             let origin = world.origin(&sample.place?);
             let position_m = world.tracer.position_m(&origin);
             Some(Chosen { position_m, origin, brought_lx: sample.unshadowed_lx, luminance_cd_m2: 0.0 })
         }),
-        None => (0.0, 0),
+        None => Traced::default(),
     };
     let Some(points) = &mirrors.points else {
-        return (sun_lx, sun_rays);
+        return of_sun;
     };
-    let (lx, rays) = sample_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
+    let of_points = sample_by_facets(world, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (sample, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - sample.point.position_m;
@@ -166,12 +166,12 @@ pub fn sample_points_in_mirrors(
         let origin = world.origin(&sample.place);
         Some(Chosen { position_m: sample.point.position_m, origin, brought_lx, luminance_cd_m2: 0.0 })
     });
-    (sun_lx + lx, sun_rays + rays)
+    of_sun + of_points
 }
 
 /// One unbiased sample of the illuminance in lx that images of balls and areas give at a point, and the number of rays. The caller must
 /// omit what a ray meets by way of these facets.
-pub fn sample_area_images(world: &World, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_area_images(world: &World, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> Traced {
     sample_area_images_with(world, mirrors, receiver, |_| 1.0, stream)
 }
 
@@ -182,7 +182,7 @@ pub fn sample_area_images_with(
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     sample_areas_by_facets(world, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
 }
 
@@ -196,9 +196,9 @@ pub fn sample_areas_beside_rays(
     chance: f64,
     responses: impl Fn(DVec3) -> [ImageResponse; 2],
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     if chance < 1.0 && !stream.happens(chance) {
-        return (0.0, 0);
+        return Traced::default();
     }
     // 1/(1 + z), with z the density of a ray over that of the image search: docs/methods.md (44).
     let count = |lx: f64, towards: DVec3, chosen: &Chosen| {
@@ -219,7 +219,7 @@ fn sample_areas_by_facets(
     deepest: u32,
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     sample_by_facets(world, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
         let list = world.emitters.list();
         let (weight, total) = weights_of_areas(world, mirrors, step.apex_m, step.normal);
@@ -252,12 +252,12 @@ fn sample_by_facets(
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
     mut choose: impl FnMut(&BeamPosition, &mut Stream) -> Option<Chosen>,
-) -> (f64, u64) {
+) -> Traced {
     let mut beam = Beam::above(receiver.point_m, receiver.normal);
     let mut normal = receiver.normal;
     let mut path: Vec<(usize, DVec3)> = Vec::new();
     let mut probability = 1.0;
-    let (mut sum, mut rays) = (0.0, 0);
+    let mut sum = Traced::default();
     for depth in 1..=deepest {
         let Some(step) = beam.choose(facets, stream.fine_unit()) else {
             break;
@@ -275,13 +275,13 @@ fn sample_by_facets(
         let Some(chosen) = choose(&here, stream) else { continue };
         if beam.holds(chosen.position_m) {
             let (share, direction, path_rays) = follow(world, facets, receiver, &path, beam.apex_m, &chosen);
-            rays += path_rays;
+            sum.rays += path_rays;
             if share > 0.0 {
-                sum += count(share * chosen.brought_lx / probability, direction, &chosen);
+                sum.value += count(share * chosen.brought_lx / probability, direction, &chosen);
             }
         }
     }
-    (sum, rays)
+    sum
 }
 
 /// Share of a point's light that reaches the receiver along one path by way of mirrors, the direction that it comes from, and the number of

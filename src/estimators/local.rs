@@ -20,7 +20,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
 use crate::scene::{Quantity, ReceiverSet};
-use crate::transport::{Arrival, World};
+use crate::transport::{Arrival, Traced, World};
 
 /// Branches of a line of sight below this share are followed by chance, once and for all. No sample draws them again, so they must be
 /// negligible.
@@ -405,7 +405,7 @@ impl Anchors {
         bound: f64,
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let bound = bound / self.walk_rates[entry];
         let share_at = |anchor: &ScorePlace, point_m: DVec3, normal: DVec3| {
             let kernel_per_m2 = self.kernel_per_m2(world, anchor, point_m, normal);
@@ -421,13 +421,13 @@ impl Anchors {
         let anchors = &self.list[self.of_entry(entry)];
         if receivers.quantity != Quantity::Luminance {
             let Some(anchor) = anchors.first() else {
-                return (0.0, 0);
+                return Traced::default();
             };
             let receiver = Receiver { point_m: anchor.point_m, normal: anchor.normal, origin: &anchor.origin };
             let share_of = |point_m: DVec3, normal: DVec3| share_at(anchor, point_m, normal);
             return sample_share_of_reflected_lx(world, receivers.quantity, &receiver, share_of, cut, stream);
         }
-        let (mut sum, mut rays) = (0.0, 0);
+        let mut sum = Traced::default();
         let mut next = anchors.iter();
         for end in &self.sub_points[entry] {
             let both_sides = matches!(world.bsdf(end.hit.triangle), Bsdf::Translucent(_));
@@ -439,11 +439,9 @@ impl Anchors {
                 LobeKind::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
                 _ => share_at(front, point_m, normal),
             };
-            let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(world, share_of, cut, stream);
-            sum += end.share * luminance_cd_m2;
-            rays += end_rays;
+            sum += end.share * end.sample_rest_cd_m2(world, share_of, cut, stream);
         }
-        (sum, rays)
+        sum
     }
 }
 

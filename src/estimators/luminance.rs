@@ -19,54 +19,49 @@ use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair};
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// One unbiased sample of the luminance in cd/m² that an eye sees of luminaires and of their light reflected once, and the number of rays.
 /// The receiver's normal is the direction of view.
-pub fn sample_seen_cd_m2(world: &World, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_seen_cd_m2(world: &World, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> Traced {
     let mut ends = Vec::new();
-    let mut sum_cd_m2 = 0.0;
-    let mut rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
-        Seen::Luminaire(luminaire) => sum_cd_m2 += luminaire.luminance_cd_m2,
+    let mut seen_cd_m2 = 0.0;
+    let rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
+        Seen::Luminaire(luminaire) => seen_cd_m2 += luminaire.luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
+    let mut sum = Traced { value: seen_cd_m2, rays };
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = match world.bsdf(end.hit.triangle) {
-            Bsdf::Diffuse(bsdf) => {
-                let (lx, rays) = pass.at_point(world, &end.receiver(), stream);
-                (bsdf.reflectance / PI * lx, rays)
-            }
+        let luminance = match world.bsdf(end.hit.triangle) {
+            Bsdf::Diffuse(bsdf) => bsdf.reflectance / PI * pass.at_point(world, &end.receiver(), stream),
             Bsdf::Translucent(bsdf) => {
-                let (front_lx, front_rays) = pass.at_point(world, &end.receiver(), stream);
+                let front = pass.at_point(world, &end.receiver(), stream);
                 let behind = end.behind(world);
-                let (back_lx, back_rays) = pass.at_point(world, &end.receiver_behind(&behind), stream);
-                ((bsdf.reflectance * front_lx + bsdf.transmittance * back_lx) / PI, front_rays + back_rays)
+                let back = pass.at_point(world, &end.receiver_behind(&behind), stream);
+                (bsdf.reflectance * front + bsdf.transmittance * back) / PI
             }
-            bsdf if bsdf.is_specular() => (0.0, 0),
+            bsdf if bsdf.is_specular() => Traced::default(),
             bsdf => glossy_cd_m2(world, end, bsdf, stream),
         };
-        sum_cd_m2 += end.share * luminance_cd_m2;
-        rays += end_rays;
+        sum += end.share * luminance;
     }
-    (sum_cd_m2, rays)
+    sum
 }
 
 /// One unbiased sample of the luminance in cd/m² of light that was reflected at least once before it reaches the surface that an eye sees,
 /// and the number of rays.
-pub fn sample_interreflected_cd_m2(world: &World, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_interreflected_cd_m2(world: &World, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Traced {
     let mut ends = Vec::new();
-    let mut rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
+    let rays = trace_sight(world, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
         if let Seen::Surface(end) = seen {
             ends.push(end);
         }
     });
-    let mut sum_cd_m2 = 0.0;
+    let mut sum = Traced { value: 0.0, rays };
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(world, |_, _, _| [1.0; 2], cut, stream);
-        sum_cd_m2 += end.share * luminance_cd_m2;
-        rays += end_rays;
+        sum += end.share * end.sample_rest_cd_m2(world, |_, _, _| [1.0; 2], cut, stream);
     }
-    (sum_cd_m2, rays)
+    sum
 }
 
 impl SubPoint {
@@ -94,7 +89,7 @@ impl SubPoint {
         share_of: impl Fn(LobeKind, DVec3, DVec3) -> [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let receiver = self.receiver();
         let bsdf = world.bsdf(self.hit.triangle);
         let responses = |towards: DVec3| {
@@ -102,19 +97,16 @@ impl SubPoint {
             [bsdf.spread_per_sr(&pair), bsdf.lobe_per_sr(&pair)]
                 .map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr })
         };
-        let (mut sum_cd_m2, mut rays) = in_mirrors_lx(world, &receiver, 1.0, responses, cut, stream);
+        let mut sum = in_mirrors_lx(world, &receiver, 1.0, responses, cut, stream);
         if let Bsdf::Translucent(bsdf) = bsdf {
             let behind = self.behind(world);
             let per_sr = bsdf.transmittance / PI;
             let responses = |_: DVec3| evenly(per_sr, per_sr);
-            let (through_cd_m2, more_rays) =
-                in_mirrors_lx(world, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
-            sum_cd_m2 += through_cd_m2;
-            rays += more_rays;
+            sum += in_mirrors_lx(world, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
         }
         // The walk runs against the light. The BSDF is reciprocal.
         let Some(scattered) = bsdf.sample(self.direction, self.normal, stream) else {
-            return (sum_cd_m2, rays);
+            return sum;
         };
         let origin = world.leave(&self.hit, scattered.lobe);
         let trail = trail_from(world, 1.0, || {
@@ -125,32 +117,30 @@ impl SubPoint {
             (self.point_m, side, ray_per_sr)
         });
         let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.lobe, point_m, normal);
-        let (lm_m2, walk_rays) =
-            sample_arriving_share_lx(world, (origin, trail), scattered.direction, share_of, cut, stream);
-        (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
+        sum + sample_arriving_share_lx(world, (origin, trail), scattered.direction, share_of, cut, stream) / PI
     }
 }
 
 /// Light of luminaires that a glossy sub-point sends to the eye, from light samples and a ray along the lobe.
-fn glossy_cd_m2(world: &World, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> (f64, u64) {
+fn glossy_cd_m2(world: &World, end: &SubPoint, bsdf: &Bsdf, stream: &mut Stream) -> Traced {
     let responses = |pair: &Pair| [bsdf.spread_per_sr(pair), bsdf.lobe_per_sr(pair)];
-    let (sampled_cd_m2, rays) = light_from_gloss_cd_m2(world, end, responses, stream);
+    let mut sum = light_from_gloss_cd_m2(world, end, responses, stream);
     let Some(scattered) = bsdf.sample(end.direction, end.normal, stream) else {
-        return (sampled_cd_m2, rays);
+        return sum;
     };
     if scattered.lobe != LobeKind::Glossy {
-        return (sampled_cd_m2, rays);
+        return sum;
     }
     let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
     let lobe_per_sr = bsdf.lobe_per_sr(&pair);
-    let (met, ray_count) = first_luminaires(world, &end.origin, scattered.direction);
-    let mut sum_cd_m2 = sampled_cd_m2;
+    let (met, rays) = first_luminaires(world, &end.origin, scattered.direction);
+    sum.rays += rays;
     for (index, transmittance) in met {
         let emitter = &world.emitters.list()[index as usize];
         let share = share_of_ray(world, emitter, &end.receiver(), lobe_per_sr);
-        sum_cd_m2 += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
+        sum.value += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
     }
-    (sum_cd_m2, rays + ray_count)
+    sum
 }
 
 /// Mean number of light samples of each luminaire in one pass. Up to [`MOST_EACH`] luminaires get one each. Of more luminaires, that number
@@ -167,12 +157,12 @@ pub fn light_from_gloss_cd_m2(
     end: &SubPoint,
     responses: impl Fn(&Pair) -> [f64; 2],
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let receiver = end.receiver();
     let list = world.emitters.list();
     let samples = list.len().min(MOST_EACH);
     let light_samples_per_emitter = light_samples_per_emitter(list.len());
-    let (mut sum_cd_m2, mut rays) = (0.0, 0);
+    let mut sum = Traced::default();
     let shift = stream.fine_unit();
     for sample in 0..samples {
         let place = (sample as f64 + shift) / samples as f64;
@@ -185,7 +175,7 @@ pub fn light_from_gloss_cd_m2(
         let Some(place) = found.place else {
             continue;
         };
-        rays += 1;
+        sum.rays += 1;
         let origin = world.origin(&place);
         let transmittance = world.transmittance(receiver.origin, &origin);
         if transmittance <= 0.0 {
@@ -198,9 +188,9 @@ pub fn light_from_gloss_cd_m2(
         let lobe_cd_m2 = lobe_per_sr * brought_lx;
         let lobe_cd_m2 =
             lobe_cd_m2 * share_of_light_samples(emitter, lobe_per_sr, found.unshadowed_lx, light_samples_per_emitter);
-        sum_cd_m2 += transmittance * (spread_per_sr * brought_lx + lobe_cd_m2);
+        sum.value += transmittance * (spread_per_sr * brought_lx + lobe_cd_m2);
     }
-    (sum_cd_m2, rays)
+    sum
 }
 
 /// Share of an area's light that a ray along the lobe counts where it meets the area, beside a pass of light samples.

@@ -22,7 +22,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
-use crate::transport::{ConnectingPoint, World};
+use crate::transport::{ConnectingPoint, Traced, World};
 
 /// How neighbours share the points that their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -200,12 +200,11 @@ impl SharedWalks {
         let receiver = Receiver { point_m: neighbour.point_m, normal: neighbour.normal, origin: &neighbour.origin };
         let (plane, factor) = one_plane(neighbour.quantity, &receiver, stream);
         let variates = stream.pair();
-        let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-        let mut own_lx = factor * mirrored_lx;
-        let mut rays = mirrored_rays;
+        let mirrored = in_mirrors_lx(world, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+        let mut own = factor * mirrored;
         if let Some(lights) = &world.near_luminaires {
             let (spot, packet_rays) = lights.packet(world, self.middle_m, stream);
-            rays += packet_rays;
+            own.rays += packet_rays;
             if let Some(spot) = spot {
                 let is_shared = spot.reflectance().is_some_and(|reflectance| {
                     let origin = world.leave(spot.hit(), LobeKind::Spread);
@@ -229,17 +228,14 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let found = lights.connect_to_spot(world, &spot, &to);
-                    own_lx += factor * found.lx;
-                    rays += found.rays;
+                    own += factor * Traced { value: found.lx, rays: found.rays };
                 }
-                let (later_lx, later_rays) = lights.connect_to_later_landings(world, &spot, &to, stream);
-                own_lx += factor * later_lx;
-                rays += later_rays;
+                own += factor * lights.connect_to_later_landings(world, &spot, &to, stream);
             }
         }
         let mut first = FirstPlace::default();
-        let (found_lx, walk_rays) =
-            arriving_beside_packets_lx(world, (&plane, self.middle_m), variates, &mut first, cut, stream);
+        let found = arriving_beside_packets_lx(world, (&plane, self.middle_m), variates, &mut first, cut, stream);
+        own.rays += found.rays;
         let is_shared = first.place.is_some_and(|(point_m, normal, origin)| {
             let (near_lm_m2, lit_per_m2) = match (first.near, &world.near_luminaires) {
                 (Some((emitter, lm_m2)), Some(lights)) => {
@@ -247,7 +243,7 @@ impl SharedWalks {
                 }
                 _ => (0.0, 0.0),
             };
-            let leaving_lm_m2 = found_lx - first.counted_lm_m2;
+            let leaving_lm_m2 = found.value - first.counted_lm_m2;
             let place =
                 SharedPlace { owner, is_met: true, point_m, normal, origin, leaving_lm_m2, near_lm_m2, lit_per_m2 };
             self.share(world, neighbours, place)
@@ -255,10 +251,10 @@ impl SharedWalks {
         if is_shared {
             self.own_shared[owner] += factor;
         } else {
-            own_lx += factor * found_lx;
+            own.value += factor * found.value;
         }
-        self.own_lx[owner] += own_lx;
-        self.rays[owner] += rays + walk_rays;
+        self.own_lx[owner] += own.value;
+        self.rays[owner] += own.rays;
     }
 
     /// Shares a surface point among all neighbours that see it. Returns whether its owner shares it. A point that its owner's walk met only
@@ -468,7 +464,7 @@ mod tests {
                     stream.seek(number << 8 | entry as u64);
                     let origin = world.tracer.side_origin(point_m, normal);
                     let receiver = Receiver { point_m, normal, origin: &origin };
-                    scores_lx.push(sample_reflected_lx(&world, quantity, &receiver, &mut cut, &mut stream).0);
+                    scores_lx.push(sample_reflected_lx(&world, quantity, &receiver, &mut cut, &mut stream).value);
                 }
             });
             let ways = [(1, false, false), (8, false, false), (4, true, false), (8, false, true), (8, true, true)];

@@ -14,7 +14,7 @@ use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Number of evenly turned planes in one pass over direct light. The half cosine has no odd harmonic except the first. So seven planes
 /// leave only the fourteenth harmonic as an error: 1% of a single source on a cylinder, about 4% on a half cylinder.
@@ -27,27 +27,24 @@ pub fn sample_direct_lx(
     receiver: &Receiver,
     pass: &mut DirectPass,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let Some(body) = SmallBody::of(quantity) else {
         return match quantity {
             Quantity::Luminance => sample_seen_cd_m2(world, receiver, pass, stream),
             // What an observer sees of luminaires is glare, not background.
-            Quantity::Glare(_) => (0.0, 0),
+            Quantity::Glare(_) => Traced::default(),
             Quantity::Intensity { turned_about } => sample_intensity_cd(world, receiver.normal, turned_about, stream),
             _ => pass.at_point(world, receiver, stream),
         };
     };
     let shift = stream.unit();
-    let mut sum_lx = 0.0;
-    let mut rays = 0;
+    let mut sum = Traced::default();
     for plane in 0..PLANES {
         let turn = TAU * (f64::from(plane) + shift) / f64::from(PLANES);
         let (normal, weight) = body.turned_plane(turn);
-        let (lx, plane_rays) = pass.at_point(world, &Receiver { normal, ..*receiver }, stream);
-        sum_lx += weight * lx;
-        rays += plane_rays;
+        sum += weight * pass.at_point(world, &Receiver { normal, ..*receiver }, stream);
     }
-    (sum_lx / f64::from(PLANES), rays)
+    sum / f64::from(PLANES)
 }
 
 /// Direct light at one point, for any number of samples.
@@ -88,7 +85,7 @@ impl<'a> DirectSampler<'a> {
     }
 
     /// One unbiased sample of the direct part in lx, and the number of rays.
-    pub fn sample(&mut self, stream: &mut Stream) -> (f64, u64) {
+    pub fn sample(&mut self, stream: &mut Stream) -> Traced {
         if self.quantity == Quantity::Perpendicular {
             return self.control_variate.sample(self.world, &self.receiver, &mut self.views, stream);
         }
@@ -103,13 +100,12 @@ pub fn sample_reflected_lx(
     receiver: &Receiver,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     if quantity == Quantity::Luminance {
         return sample_interreflected_cd_m2(world, receiver, cut, stream);
     }
     let (plane, weight) = one_plane(quantity, receiver, stream);
-    let (lx, rays) = sample_indirect_lx(world, &plane, cut, stream);
-    (weight * lx, rays)
+    weight * sample_indirect_lx(world, &plane, cut, stream)
 }
 
 /// One unbiased sample of a part of the indirect illuminance: see [`sample_share_lx`]. Not for luminance.
@@ -120,10 +116,9 @@ pub fn sample_share_of_reflected_lx(
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let (plane, weight) = one_plane(quantity, receiver, stream);
-    let (lx, rays) = sample_share_lx(world, &plane, share_of, cut, stream);
-    (weight * lx, rays)
+    weight * sample_share_lx(world, &plane, share_of, cut, stream)
 }
 
 /// The plane on which one sample of indirect light is taken, and the weight of the sample.

@@ -16,7 +16,7 @@ use crate::estimators::walk::walk_parts_lx;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
-use crate::transport::{PacketConnection, Roulette, World};
+use crate::transport::{PacketConnection, Roulette, Traced, World};
 
 /// Maximum number of points from which walks of the pilot start; walks of all points together, and the fewest at each point.
 const MOST_PLACES: usize = 256;
@@ -123,9 +123,9 @@ impl Moments {
         self.is_cut |= watch.surfaces >= MOST_SURFACES;
         self.back_rays += watch.back_rays;
         self.added.iter_mut().zip(watch.added).for_each(|(sum, added)| *sum += added);
-        if let Some((weight, before_lx, before_rays)) = watch.first {
-            self.rest_lx2 += ((arriving_lx - before_lx) / weight).powi(2);
-            self.rest_rays += rays - before_rays - watch.rays_at_receiver.unwrap_or(0);
+        if let Some((weight, before)) = watch.first {
+            self.rest_lx2 += ((arriving_lx - before.value) / weight).powi(2);
+            self.rest_rays += rays - before.rays - watch.rays_at_receiver.unwrap_or(0);
         }
     }
 
@@ -169,8 +169,8 @@ impl Moments {
 /// Observes a walk of the pilot.
 #[derive(Default)]
 struct Watch {
-    /// Weight with which the walk continued from its first diffuse surface, light found before in lx, and rays traced before.
-    first: Option<(f64, f64, u64)>,
+    /// Weight with which the walk continued from its first diffuse surface, and the light in lx that it had found before.
+    first: Option<(f64, Traced)>,
     /// Rays of the light-path connection from the receiver itself.
     rays_at_receiver: Option<u64>,
     back_rays: u64,
@@ -207,8 +207,8 @@ impl Cache for Watch {
 
     fn observe(&mut self, event: &WalkEvent) {
         match *event {
-            WalkEvent::GoesOn { weight, sum_lm_m2, rays } => {
-                self.first.get_or_insert((weight, sum_lm_m2, rays));
+            WalkEvent::GoesOn { weight, before } => {
+                self.first.get_or_insert((weight, before));
                 self.goes_on[0] += 1.0;
                 self.goes_on[1] += weight;
             }

@@ -26,7 +26,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, Diffuse, LobeKind};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::{ConnectedFrom, ConnectingPoint, LaterLandings, MetFrom, NearLuminaires, World};
+use crate::transport::{ConnectedFrom, ConnectingPoint, LaterLandings, MetFrom, NearLuminaires, Traced, World};
 
 /// A cache without content: walks continue until they are absorbed or leave.
 struct Blank;
@@ -39,7 +39,7 @@ impl Cache for Blank {
 }
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the number of rays.
-pub fn sample_indirect_lx(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_indirect_lx(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Traced {
     walk_indirect_lx(world, receiver, &mut Blank, cut, stream)
 }
 
@@ -51,10 +51,10 @@ pub fn walk_indirect_lx(
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let variates = stream.pair();
     let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, cache, cut, stream);
-    (sampled_lx + arriving_lx, rays)
+    Traced { value: sampled_lx + arriving_lx, rays }
 }
 
 /// Returns two parts in lx and the number of rays: what samples taken at the receiver find, and what arrives along the direction given by
@@ -68,14 +68,14 @@ pub fn walk_parts_lx<C: Cache>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let (near_lx, near_rays) = world.near_luminaires.as_ref().map_or((0.0, 0), |lights| {
+    let mut sampled = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    if let Some(lights) = &world.near_luminaires {
         let place = (receiver.point_m, receiver.normal);
         let point = ConnectingPoint::receiver(place, receiver.origin, in_sight::<C>(world, lights));
-        from_near_luminaires_lx((world, lights), &point, 1.0, cache, stream)
-    });
-    let (arriving_lx, rays) = arriving_lx(world, receiver, variates, cache, cut, stream);
-    ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
+        sampled += from_near_luminaires_lx((world, lights), &point, 1.0, cache, stream);
+    }
+    let arriving = arriving_lx(world, receiver, variates, cache, cut, stream);
+    ([sampled.value, arriving.value], sampled.rays + arriving.rays)
 }
 
 /// Illuminance in lx that arrives along the direction given by two variates, without what samples taken at the receiver find; and the
@@ -88,7 +88,7 @@ pub fn arriving_lx(
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     arriving_beside_packets_lx(world, (receiver, receiver.point_m), variates, cache, cut, stream)
 }
 
@@ -101,7 +101,7 @@ pub fn arriving_beside_packets_lx<C: Cache>(
     cache: &mut C,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let place = (receiver.point_m, receiver.normal);
     let connected_from =
         |lights| ConnectedFrom { place, drawn_for_m, met: None, sends: 1.0, later: in_sight::<C>(world, lights) };
@@ -123,13 +123,12 @@ pub fn sample_share_lx(
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let mirrored = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let trail = trail_from(world, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
     let start = Start { origin: *receiver.origin, direction, trail, connected_from: None };
-    let (arriving_lx, rays) = follow_lm_m2(world, start, share_of, &mut Blank, cut, stream);
-    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+    mirrored + follow_lm_m2(world, start, share_of, &mut Blank, cut, stream)
 }
 
 /// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the number of rays. It equals the
@@ -140,7 +139,7 @@ pub fn sample_arriving_lx(
     direction: DVec3,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     walk_arriving_lx(world, origin, direction, &mut Blank, cut, stream)
 }
 
@@ -152,7 +151,7 @@ pub fn walk_arriving_lx(
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let start = Start { origin, direction, trail: None, connected_from: None };
     follow_lm_m2(world, start, |_, _| [1.0; 2], cache, cut, stream)
 }
@@ -166,7 +165,7 @@ pub fn sample_arriving_share_lx(
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let start = Start { origin, direction, trail, connected_from: None };
     follow_lm_m2(world, start, share_of, &mut Blank, cut, stream)
 }
@@ -196,7 +195,7 @@ fn follow_lm_m2(
     cache: &mut impl Cache,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let Start { origin, direction, trail, connected_from } = start;
     let mut walk = Walk {
         world,
@@ -208,11 +207,10 @@ fn follow_lm_m2(
         has_scattered: false,
         surfaces: 0,
         weight: 1.0,
-        sum_lm_m2: 0.0,
-        rays: 0,
+        found: Traced::default(),
     };
-    while walk.rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(walk.surfaces) {
-        walk.rays += 1;
+    while walk.found.rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(walk.surfaces) {
+        walk.found.rays += 1;
         walk.surfaces += 1;
         let goes_on = match world.tracer.first_hit(&walk.origin, walk.direction) {
             Meeting::Surface(hit) => walk.meet(&hit, &share_of, cache, cut, stream),
@@ -226,11 +224,11 @@ fn follow_lm_m2(
             }
         };
         if !goes_on {
-            return (walk.sum_lm_m2, walk.rays);
+            return walk.found;
         }
     }
     world.patience.note_walk_given_up();
-    (walk.sum_lm_m2, walk.rays)
+    walk.found
 }
 
 /// Later landings to which receivers connect. Light from sheets is in caches that supply light.
@@ -261,22 +259,21 @@ struct Walk<'a> {
     /// Number of surfaces and balls met, plus one for the sky.
     surfaces: u64,
     weight: f64,
-    /// Light found so far.
-    sum_lm_m2: f64,
-    rays: u64,
+    /// Light found so far in lm/m², and all rays of the walk.
+    found: Traced,
 }
 
 impl Walk<'_> {
     /// Adds the emitters that the ray meets, as far as light samples did not find them.
     #[inline]
     fn find_emitters(&mut self, met: impl Iterator<Item = u32>, cut: &mut Cut) {
-        self.sum_lm_m2 += self.weight * met_lm_m2(self.world, &self.departure, &self.trail, met, cut);
+        self.found.value += self.weight * met_lm_m2(self.world, &self.departure, &self.trail, met, cut);
     }
 
     /// Adds the sky seen in a mirror, where no light sample finds it.
     fn find_sky(&mut self) {
         let sky = self.world.emitters.sky().filter(|_| matches!(self.departure, Departure::Mirrored));
-        self.sum_lm_m2 += self.weight * sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(self.direction));
+        self.found.value += self.weight * sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(self.direction));
     }
 
     /// Adds the light found at a surface. Returns whether the walk continues from there.
@@ -324,16 +321,16 @@ impl Walk<'_> {
         if let Bsdf::Diffuse(bsdf) = bsdf {
             let (known_lm_m2, known_rays) =
                 vertex.cached_lm_m2((bsdf.reflectance, is_first_met), shares, cache, cut, stream);
-            self.rays += known_rays;
+            self.found.rays += known_rays;
             if let Some(known_lm_m2) = known_lm_m2 {
-                self.sum_lm_m2 += self.weight * known_lm_m2;
+                self.found.value += self.weight * known_lm_m2;
                 return false;
             }
         }
         let met = from
             .zip(world.near_luminaires.as_ref())
             .and_then(|(from, lights)| lights.meets(&from, is_sheet, || (world.tracer.position_m(&origin), normal)));
-        let (direct_lm_m2, direct_rays) = match bsdf {
+        let direct = match bsdf {
             Bsdf::Diffuse(bsdf) => {
                 let tell = |event: WalkEvent| {
                     if is_first_met {
@@ -343,18 +340,16 @@ impl Walk<'_> {
                 vertex.spread_lm_m2(bsdf.reflectance, shares, tell, cut, stream)
             }
             Bsdf::Translucent(bsdf) => vertex.translucent_lm_m2(bsdf, [shares, shares_behind], cut, stream),
-            bsdf if bsdf.is_specular() => (0.0, 0),
+            bsdf if bsdf.is_specular() => Traced::default(),
             bsdf => vertex.glossy_lm_m2(bsdf, shares, cut, stream),
         };
-        self.sum_lm_m2 += self.weight * direct_lm_m2;
-        self.rays += direct_rays;
+        self.found += self.weight * direct;
         if let Some(lights) = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)) {
             let behind = is_sheet.then(|| world.leave(hit, LobeKind::SpreadThrough));
             let later = (met, lights.later_landings());
             let point = connecting_point(&vertex, bsdf, [shares[1], shares_behind[1]], behind.as_ref(), later);
-            let (near_lx, near_rays) = from_near_luminaires_lx((world, lights), &point, self.weight, cache, stream);
-            self.sum_lm_m2 += self.weight * near_lx;
-            self.rays += near_rays;
+            let near = from_near_luminaires_lx((world, lights), &point, self.weight, cache, stream);
+            self.found += self.weight * near;
         }
         self.leave(&Vertex { connected_from: None, ..vertex }, met, [shares[1], shares_behind[1]], cache, stream)
     }
@@ -378,7 +373,7 @@ impl Walk<'_> {
                     return false;
                 };
                 self.weight = survivor;
-                cache.observe(&WalkEvent::GoesOn { weight: survivor, sum_lm_m2: self.sum_lm_m2, rays: self.rays });
+                cache.observe(&WalkEvent::GoesOn { weight: survivor, before: self.found });
                 Some(Diffuse::spread(normal, stream))
             }
             bsdf => bsdf.sample(self.direction, normal, stream),

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::receiver::Receiver;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// A box with one corner at the origin, by its edges in m.
 #[derive(Clone, Copy)]
@@ -41,7 +41,7 @@ impl EmptyBox {
         self,
         world: &World,
         (count, seed): (u64, u64),
-        mut walk: impl FnMut(&Receiver, &mut Cut, &mut Stream) -> (f64, u64),
+        mut walk: impl FnMut(&Receiver, &mut Cut, &mut Stream) -> Traced,
     ) -> [f64; 3] {
         let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
         let mut cut = Cut::default();
@@ -50,7 +50,8 @@ impl EmptyBox {
             stream.seek(number);
             let (point_m, normal) = self.anywhere(&mut stream);
             let origin = world.tracer.side_origin(point_m, normal);
-            let (lx, walk_rays) = walk(&Receiver { point_m, normal, origin: &origin }, &mut cut, &mut stream);
+            let Traced { value: lx, rays: walk_rays } =
+                walk(&Receiver { point_m, normal, origin: &origin }, &mut cut, &mut stream);
             sum += lx;
             squares += lx * lx;
             rays += walk_rays;

@@ -12,9 +12,10 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::ReceiverPoint;
+use crate::transport::Traced;
 
 /// Returns one unbiased sample of the direct light of an entry, and the number of rays. It uses no mesh and traces a new line of sight.
-pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
+pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> Traced {
     sample(around, entries, entry, true, stream, |receiver, stream| sample_all_emitters(around.world, receiver, stream))
 }
 
@@ -25,7 +26,7 @@ pub fn sample_indirect(
     entry: usize,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let walk = |receiver: &Receiver, stream: &mut Stream| sample_at_place_lx(around, receiver, cut, stream);
     sample(around, entries, entry, false, stream, walk)
 }
@@ -38,28 +39,24 @@ fn sample(
     entry: usize,
     with_luminaires: bool,
     stream: &mut Stream,
-    mut sample_at: impl FnMut(&Receiver, &mut Stream) -> (f64, u64),
-) -> (f64, u64) {
-    let (mut sum_lx, mut rays) = (0.0, 0);
+    mut sample_at: impl FnMut(&Receiver, &mut Stream) -> Traced,
+) -> Traced {
+    let mut sum = Traced::default();
     if let Some(point) = eye_of(around, entries, entry) {
         let (shown, places) = traced_anew(around, point, with_luminaires, stream);
         if with_luminaires {
-            sum_lx += shown.luminaires_cd_m2;
+            sum.value += shown.luminaires_cd_m2;
         }
-        rays += shown.rays;
+        sum.rays += shown.rays;
         for place in places {
-            let (lx, place_rays) = sample_at(&place.receiver(), stream);
-            sum_lx += place.weight_per_sr * lx;
-            rays += place_rays;
+            sum += place.weight_per_sr * sample_at(&place.receiver(), stream);
         }
-        return (sum_lx, rays);
+        return sum;
     }
     entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
-        let (lx, place_rays) = spot.with_receiver(around.world, |receiver| sample_at(receiver, stream));
-        sum_lx += weight * lx;
-        rays += place_rays;
+        sum += weight * spot.with_receiver(around.world, |receiver| sample_at(receiver, stream));
     });
-    (sum_lx, rays)
+    sum
 }
 
 /// Returns what a new line of sight shows, with one ray along each gloss.

@@ -8,20 +8,20 @@ use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{ElementSide, ReceiverPoint};
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Returns one unbiased sample of the direct illuminance in lx, from a light sample of every emitter, and the number of rays. It is exact
 /// if all emitters are points.
-pub fn sample_all_emitters(world: &World, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    let (mut sum_lx, mut rays) = (0.0, 0);
+pub fn sample_all_emitters(world: &World, receiver: &Receiver, stream: &mut Stream) -> Traced {
+    let mut sum = Traced::default();
     for emitter in world.emitters.list() {
         let Some(sample) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
-        rays += 1;
+        sum.rays += 1;
         if let Some(place) = sample.place {
-            sum_lx += sample.unshadowed_lx * world.transmittance(receiver.origin, &world.origin(&place));
+            sum.value += sample.unshadowed_lx * world.transmittance(receiver.origin, &world.origin(&place));
         }
     }
-    (sum_lx, rays)
+    sum
 }
 
 /// Whether light samples of all emitters have no random error.

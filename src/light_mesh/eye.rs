@@ -188,20 +188,18 @@ impl Eye<'_> {
             return;
         }
         let responses = |pair: &Pair| [0.0, gloss.response_per_sr(pair.towards)];
-        let (sampled_cd_m2, rays) = light_from_gloss_cd_m2(self.world, gloss.end, responses, stream);
-        shown.luminaires_cd_m2 += weight * sampled_cd_m2;
-        shown.rays += rays;
+        let sampled = light_from_gloss_cd_m2(self.world, gloss.end, responses, stream);
+        shown.luminaires_cd_m2 += weight * sampled.value;
+        shown.rays += sampled.rays;
         if let Some(mirrors) = &self.world.mirrors {
             let response = |towards: DVec3| gloss.response_per_sr(towards);
             let receiver = gloss.end.receiver();
-            let (mut cd_m2, mut rays) = sample_points_in_mirrors(self.world, mirrors, &receiver, response, cut, stream);
+            let mut images = sample_points_in_mirrors(self.world, mirrors, &receiver, response, cut, stream);
             if self.samples_area_images {
-                let (of_areas_cd_m2, more) = sample_area_images_with(self.world, mirrors, &receiver, response, stream);
-                cd_m2 += of_areas_cd_m2;
-                rays += more;
+                images += sample_area_images_with(self.world, mirrors, &receiver, response, stream);
             }
-            shown.luminaires_cd_m2 += weight * cd_m2;
-            shown.rays += rays;
+            shown.luminaires_cd_m2 += weight * images.value;
+            shown.rays += images.rays;
         }
     }
 }

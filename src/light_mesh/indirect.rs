@@ -293,15 +293,15 @@ impl<'a> IndirectMesh<'a> {
                 done += 1;
                 let walk_number = (walk * HALVES as u64) + half as u64;
                 stream.seek_quasi((key << 32) | walk_number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
-                let (lx, rays) = if connects_to_packets {
+                let sampled = if connects_to_packets {
                     let plane = Receiver { point_m: position_m, normal, origin: &origin };
                     sample_at_place_lx(&self.around, &plane, cut, &mut stream)
                 } else {
                     let direction = cosine_hemisphere(normal, stream.pair());
                     sample_along_lx(&self.around, origin, direction, cut, &mut stream)
                 };
-                counts.walk_rays += rays;
-                *sum_lx += lx;
+                counts.walk_rays += sampled.rays;
+                *sum_lx += sampled.value;
             }
             *sum_lx /= done.max(1) as f64;
         }
@@ -332,10 +332,10 @@ impl<'a> IndirectMesh<'a> {
                 // Each half of each mesh point has its own sequence, scrambled independently of all others.
                 stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
                 let direction = uniform_sphere(stream.pair());
-                let (arriving, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
-                counts.walk_rays += rays;
+                let arriving = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
+                counts.walk_rays += arriving.rays;
                 let y = harmonics.of(direction);
-                field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving * y);
+                field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving.value * y);
             }
             // ∫ f Y dω = 4π · mean, for each half of the walks.
             let scale = 4.0 * PI / done.max(1) as f64;

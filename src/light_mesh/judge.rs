@@ -11,6 +11,7 @@ use super::options::Stop;
 use super::tracing::EntryLight;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, SAMPLE_BITS, Stream};
+use crate::transport::Traced;
 
 /// Number of points at which indirect light is computed again during planning. Noise falls faster with more walks than with more points.
 pub const INDIRECT_PLACES: usize = 128;
@@ -138,33 +139,32 @@ pub fn measure_direct(
 ) -> (MeasuredDifference, Vec<f64>) {
     let exact = light_samples_are_exact(around.world) && !entries.are_means() && !entries.have_chance();
     let samples = if exact { 1 } else { samples };
-    let judged: Vec<(f64, u64)> = chosen
+    let judged: Vec<Traced> = chosen
         .par_iter()
         .map(|(entry, light)| {
             if (around.give_up)() {
-                return (0.0, 0);
+                return Traced::default();
             }
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 1);
             let mut rays = 0;
             let mut half_lx = |half: u64| {
-                let mut sum_lx = 0.0;
+                let mut sum = Traced::default();
                 for sample in 0..samples {
                     let index = ((*entry as u64) << SAMPLE_BITS) | (half * samples + sample);
                     stream.seek_quasi(index, 2 * *entry as u64 + half, sample);
-                    let (lx, sample_rays) = sample_direct(around, entries, *entry, &mut stream);
-                    sum_lx += lx;
-                    rays += sample_rays;
+                    sum += sample_direct(around, entries, *entry, &mut stream);
                 }
-                sum_lx / samples as f64
+                rays += sum.rays;
+                sum.value / samples as f64
             };
             let first_lx = half_lx(0);
             let second_lx = if exact { first_lx } else { half_lx(1) };
             let direct_lx = light.direct_mean();
-            ((direct_lx - first_lx) * (direct_lx - second_lx), rays)
+            Traced { value: (direct_lx - first_lx) * (direct_lx - second_lx), rays }
         })
         .collect();
-    let products: Vec<f64> = judged.iter().map(|(product, _)| *product).collect();
-    let rays = judged.iter().map(|(_, rays)| rays).sum();
+    let products: Vec<f64> = judged.iter().map(|product| product.value).collect();
+    let rays = judged.iter().map(|product| product.rays).sum();
     (MeasuredDifference { direct: MeanSquare::of(&products), indirect: MeanSquare::default(), rays }, products)
 }
 
@@ -206,18 +206,17 @@ impl Checked {
             let mut cut = Cut::default();
             let mut rays = 0;
             for (half, half_lx) in (0u64..).zip(halves_lx) {
-                let mut sum_lx = done as f64 * *half_lx;
+                let mut sum = Traced { value: done as f64 * *half_lx, rays: 0 };
                 for walk in done..all {
                     if (around.give_up)() {
                         break;
                     }
                     let index = ((*entry as u64) << SAMPLE_BITS) | (half << HALF_BIT) | walk;
                     stream.seek_quasi(index, 2 * *entry as u64 + half, walk);
-                    let (lx, walk_rays) = sample_indirect(around, entries, *entry, &mut cut, &mut stream);
-                    sum_lx += lx;
-                    rays += walk_rays;
+                    sum += sample_indirect(around, entries, *entry, &mut cut, &mut stream);
                 }
-                *half_lx = sum_lx / all.max(1) as f64;
+                rays += sum.rays;
+                *half_lx = sum.value / all.max(1) as f64;
             }
             rays
         });

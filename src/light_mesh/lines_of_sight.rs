@@ -181,9 +181,9 @@ fn effort_of_gloss(
             *sample = shown.luminaires_cd_m2;
             sight_rays += shown.rays;
             for place in places {
-                let (lx, sample_rays) = sample_all_emitters(world, &place.receiver(), &mut stream);
-                *sample += place.weight_per_sr * lx;
-                rays += sample_rays;
+                let sampled = sample_all_emitters(world, &place.receiver(), &mut stream);
+                *sample += place.weight_per_sr * sampled.value;
+                rays += sampled.rays;
             }
         }
         let mean = samples.iter().sum::<f64>() / PILOT_SAMPLES as f64;

@@ -10,7 +10,7 @@ use crate::geometry::{Origin, Tracer};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Bits per word.
 const WORD: usize = u64::BITS as usize;
@@ -156,7 +156,7 @@ impl Samples {
             if let Some(panes_from) = self.panes_from
                 && seen.any[panes_from + group.word] & group.mask != 0
             {
-                let (lx, more) = self.through_panes_lx(world, emitter, group, receiver);
+                let Traced { value: lx, rays: more } = self.through_panes_lx(world, emitter, group, receiver);
                 sum_lx += lx;
                 // The receiver has rays of its own: the disputed part is at most the step of one sample point.
                 disputed_squared += lx * lx / f64::from(group.count * group.count);
@@ -196,7 +196,7 @@ impl Samples {
         emitter: &Emitter,
         group: &EmitterSamples,
         receiver: &Receiver,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let mut sum_lx = 0.0;
         let whole_lx = if group.in_parts { 0.0 } else { emitter.unshadowed_lx(receiver.point_m, receiver.normal) };
         for number in group.first..group.first + group.count as usize {
@@ -207,7 +207,7 @@ impl Samples {
             };
             sum_lx += lx * world.transmittance(receiver.origin, &origin);
         }
-        (sum_lx / f64::from(group.count), u64::from(group.count))
+        Traced { value: sum_lx / f64::from(group.count), rays: u64::from(group.count) }
     }
 
     /// Returns the illuminance from an opening, whose parts count as sample points of their own.
@@ -232,21 +232,21 @@ impl Samples {
 
     /// Returns the direct illuminance in lx with a shadow ray to every sample point, each as a point source, and the number of rays. It
     /// shows the cost of soft shadows without a mesh.
-    pub fn as_point_sources_lx(&self, world: &World, receiver: &Receiver) -> (f64, u64) {
-        let (mut sum_lx, mut rays) = (0.0, 0);
+    pub fn as_point_sources_lx(&self, world: &World, receiver: &Receiver) -> Traced {
+        let mut sum = Traced::default();
         for (emitter, group) in world.emitters.list().iter().zip(&self.groups) {
             let mut of_emitter_lx = 0.0;
             for number in group.first..group.first + group.count as usize {
                 let lx = self.source_lx(emitter, number, receiver);
                 if lx > 0.0 {
-                    rays += 1;
+                    sum.rays += 1;
                     let origin = self.origin_of(world, receiver.point_m, emitter, number);
                     of_emitter_lx += origin.map_or(0.0, |origin| lx * world.transmittance(receiver.origin, &origin));
                 }
             }
-            sum_lx += of_emitter_lx / f64::from(group.count);
+            sum.value += of_emitter_lx / f64::from(group.count);
         }
-        (sum_lx, rays)
+        sum
     }
 
     /// Returns the unshadowed illuminance in lx from an emitter that is concentrated at one of its sample points.

@@ -10,6 +10,7 @@ use super::mesh::{Counts, LightMesh, SetKind, Surroundings, Workroom};
 use super::samples::Samples;
 use super::walks::walks_at_place_lx;
 use crate::sampling::random::{Purpose, SAMPLE_BITS, Stream};
+use crate::transport::Traced;
 
 /// Entries that a thread takes at a time.
 const ENTRIES_PER_CHUNK: usize = 128;
@@ -148,9 +149,9 @@ pub fn light_of(
                                 light.disputed += weight * here.disputed_lx;
                             }
                             DirectBy::Points(points) => {
-                                let (here_lx, rays) = points.as_point_sources_lx(around.world, receiver);
-                                light.direct = light.direct.map(|lx| lx + weight * here_lx);
-                                exact_rays += rays;
+                                let here = points.as_point_sources_lx(around.world, receiver);
+                                light.direct = light.direct.map(|lx| lx + weight * here.value);
+                                exact_rays += here.rays;
                             }
                             DirectBy::Rays { .. } => {}
                         }
@@ -201,23 +202,20 @@ fn by_rays(
     let one_half = light_samples_are_exact(around.world) && !entries.are_means() && !entries.draw_lines_of_sight();
     let mut half_lx = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
-        let mut sum_lx = 0.0;
+        let mut sum = Traced::default();
         for pass in first..first + passes {
             stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
             if entries.draw_lines_of_sight() {
-                let (lx, pass_rays) = sample_direct(around, entries, entry, &mut stream);
-                sum_lx += lx;
-                rays += pass_rays;
+                sum += sample_direct(around, entries, entry, &mut stream);
                 continue;
             }
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
-                let (lx, pass_rays) =
-                    spot.with_receiver(around.world, |receiver| sample_all_emitters(around.world, receiver, stream));
-                sum_lx += weight * lx;
-                rays += pass_rays;
+                let world = around.world;
+                sum += weight * spot.with_receiver(world, |receiver| sample_all_emitters(world, receiver, stream));
             });
         }
-        sum_lx / passes.max(1) as f64
+        rays += sum.rays;
+        sum.value / passes.max(1) as f64
     };
     let first_lx = half_lx(0);
     let second_lx = if one_half { first_lx } else { half_lx(1) };

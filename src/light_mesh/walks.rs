@@ -17,7 +17,7 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Number of halves of the walks, for the random error.
 pub const HALVES: usize = 2;
@@ -27,33 +27,26 @@ const FROM_PLACES: u32 = u32::MAX - 2;
 const IMAGES: u32 = u32::MAX - 4;
 
 /// Returns the light in lx that images in flat mirrors bring to a receiver point, and the number of rays.
-fn sample_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+fn sample_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Traced {
     let world = around.world;
     let Some(mirrors) = &world.mirrors else {
-        return (0.0, 0);
+        return Traced::default();
     };
-    let (points_lx, point_rays) = sample_points_in_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
-    let (areas_lx, area_rays) = match around.samples_area_images() {
-        true => sample_area_images(world, mirrors, receiver, stream),
-        false => (0.0, 0),
-    };
-    (points_lx + areas_lx, point_rays + area_rays)
+    let mut images = sample_points_in_mirrors(world, mirrors, receiver, |_| 1.0, cut, stream);
+    if around.samples_area_images() {
+        images += sample_area_images(world, mirrors, receiver, stream);
+    }
+    images
 }
 
 /// Returns one unbiased sample of the indirect illuminance at a receiver in lx, and the number of rays.
-pub fn sample_at_place_lx(
-    around: &Surroundings,
-    receiver: &Receiver,
-    cut: &mut Cut,
-    stream: &mut Stream,
-) -> (f64, u64) {
+pub fn sample_at_place_lx(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Traced {
     if !around.samples_area_images() {
         return sample_indirect_lx(around.world, receiver, cut, stream);
     }
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (images_lx, image_rays) = sample_images(around, receiver, cut, stream);
-    let (arriving_lx, rays) = sample_along_lx(around, *receiver.origin, direction, cut, stream);
-    (images_lx + arriving_lx, image_rays + rays)
+    let images = sample_images(around, receiver, cut, stream);
+    images + sample_along_lx(around, *receiver.origin, direction, cut, stream)
 }
 
 /// Returns one unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the number of rays. If images
@@ -64,26 +57,24 @@ pub fn sample_along_lx(
     direction: DVec3,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let world = around.world;
     if !around.samples_area_images() {
         return sample_arriving_lx(world, origin, direction, cut, stream);
     }
     let (mut origin, mut direction) = (origin, direction);
-    let (mut sum_lx, mut rays) = (0.0, 0);
+    let mut sum = Traced::default();
     loop {
         let (past, mirror_rays) = past_mirrors(world, origin, direction, stream);
-        rays += mirror_rays;
-        let Some((start, towards)) = past else { return (sum_lx, rays) };
+        sum.rays += mirror_rays;
+        let Some((start, towards)) = past else { return sum };
         let mut halt = Halt { around, at: None };
-        let (lx, walk_rays) = walk_arriving_lx(world, start, towards, &mut halt, cut, stream);
-        sum_lx += lx;
-        rays += walk_rays;
+        sum += walk_arriving_lx(world, start, towards, &mut halt, cut, stream);
         match halt.at {
             Some(vertex) if stream.unit() < vertex.reflectance => {
                 (origin, direction) = (vertex.origin, cosine_hemisphere(vertex.normal, stream.pair()));
             }
-            _ => return (sum_lx, rays),
+            _ => return sum,
         }
     }
 }
@@ -133,8 +124,8 @@ impl Cache for Halt<'_> {
         let receiver = &met.receiver;
         self.at =
             Some(DiffuseVertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
-        let (images_lx, rays) = sample_images(self.around, receiver, cut, stream);
-        (CacheAnswer::End(images_lx), rays)
+        let images = sample_images(self.around, receiver, cut, stream);
+        (CacheAnswer::End(images.value), images.rays)
     }
 }
 
@@ -156,9 +147,9 @@ pub fn images_at_place_lx(
         let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
         for sample in 0..samples {
             stream.seek_quasi((place_number << 32) | u64::from(sample), place_number, u64::from(sample));
-            let (lx, sample_rays) = sample_images(around, receiver, cut, &mut stream);
-            *sum_lx += lx / f64::from(samples);
-            rays += sample_rays;
+            let images = sample_images(around, receiver, cut, &mut stream);
+            *sum_lx += images.value / f64::from(samples);
+            rays += images.rays;
         }
     }
     (sum_lx, rays)
@@ -183,7 +174,7 @@ pub fn in_halves_lx(
     place_number: u64,
     [first, count]: [u32; 2],
     seed: u64,
-    mut sample: impl FnMut(&mut Stream) -> (f64, u64),
+    mut sample: impl FnMut(&mut Stream) -> Traced,
 ) -> ([f64; HALVES], u64) {
     let mut stream = Stream::new(seed, Purpose::LightMesh, FROM_PLACES, 0);
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
@@ -191,9 +182,9 @@ pub fn in_halves_lx(
         let half = walk as usize % HALVES;
         let sequence = HALVES as u64 * place_number + half as u64;
         stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
-        let (lx, walk_rays) = sample(&mut stream);
-        rays += walk_rays;
-        sum_lx[half] += lx;
+        let sampled = sample(&mut stream);
+        rays += sampled.rays;
+        sum_lx[half] += sampled.value;
     }
     (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(count.max(1))), rays)
 }

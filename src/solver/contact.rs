@@ -8,6 +8,7 @@ use super::context::Context;
 use crate::estimators::element::Element;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
+use crate::transport::Traced;
 
 /// Points of an element that test whether it is free of contact, where the pilot has no samples; and points that measure the share of one that is
 /// partly free of contact.
@@ -41,10 +42,10 @@ pub fn contact_free_shares(
     let share = |index: u32| {
         let known = known(index);
         let mut most = match known {
-            KnownContact::Known(share) => return (share, 0),
+            KnownContact::Known(share) => return Traced { value: share, rays: 0 },
             KnownContact::AtAPlace => 1,
             // A run that has ended traces no more rays: nothing lies on most elements.
-            _ if context.is_over() => return (1.0, 0),
+            _ if context.is_over() => return Traced { value: 1.0, rays: 0 },
             KnownContact::Unknown | KnownContact::AsAWhole => CONTACT_POINTS,
             KnownContact::InPart => MOST_CONTACT_POINTS,
         };
@@ -59,7 +60,7 @@ pub fn contact_free_shares(
             contact_free += u64::from(!in_contact);
             rays += tested_rays;
             if !in_contact && matches!(known, KnownContact::AsAWhole) {
-                return (1.0, rays);
+                return Traced { value: 1.0, rays };
             }
             if points == CONTACT_POINTS && most == points {
                 // What hides a part of an element mostly covers one of its corners. A few points may all miss it.
@@ -74,8 +75,8 @@ pub fn contact_free_shares(
                 }
             }
         }
-        (contact_free as f64 / points as f64, rays)
+        Traced { value: contact_free as f64 / points as f64, rays }
     };
-    let found: Vec<(f64, u64)> = (range.start as u32..range.end as u32).into_par_iter().map(share).collect();
-    (found.iter().map(|(share, _)| *share).collect(), found.iter().map(|(_, rays)| rays).sum())
+    let found: Vec<Traced> = (range.start as u32..range.end as u32).into_par_iter().map(share).collect();
+    (found.iter().map(|share| share.value).collect(), found.iter().map(|share| share.rays).sum())
 }

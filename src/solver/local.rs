@@ -192,10 +192,9 @@ impl LocalPlan {
             for walk in until(rounds.start)..until(rounds.end) {
                 stream.seek_quasi((entry as u64) << WALK_BITS | walk, entry as u64, walk);
                 let bound = self.connecting.bound;
-                let (value, walk_rays) =
-                    self.anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
-                task.add(entry, point.weight, value / a_round);
-                rays += walk_rays;
+                let rest = self.anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
+                task.add(entry, point.weight, rest.value / a_round);
+                rays += rest.rays;
             }
         }
         rays

@@ -59,10 +59,10 @@ pub fn direct_over_elements(
             let mut entry = scores.of_entry(area_m2, levels.of(index));
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let (lx, pass_rays) = scratch.over_element(context.world, &element, &mut stream);
-                direct[index] += lx;
-                entry.add(lx);
-                rays += pass_rays;
+                let sampled = scratch.over_element(context.world, &element, &mut stream);
+                direct[index] += sampled.value;
+                entry.add(sampled.value);
+                rays += sampled.rays;
             }
         }
         (rays, scores)
@@ -269,10 +269,10 @@ pub fn direct_at_points(
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
-                    let (lx, sample_rays) = sampler.sample(stream);
-                    *sum_lx += lx;
-                    entry_scores.add(lx);
-                    rays += sample_rays;
+                    let sampled = sampler.sample(stream);
+                    *sum_lx += sampled.value;
+                    entry_scores.add(sampled.value);
+                    rays += sampled.rays;
                 }
             }
             sums_lx

@@ -21,6 +21,7 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
+use crate::transport::Traced;
 
 /// Most points or elements that the pilot samples.
 const MOST_SITES: usize = 256;
@@ -173,7 +174,7 @@ pub fn direct_cost(
                 // The mean, from the reference, and the random error of the light that differs from the reference.
                 let seen = scratch.sample_twice(world, &element, &mut stream);
                 let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
-                (reference.0[0] + lx - reference.at(seen.at), seen.rays)
+                Traced { value: reference.0[0] + lx - reference.at(seen.at), rays: seen.rays }
             }),
             None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(world, &element, &mut stream)),
         }
@@ -268,8 +269,8 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, contact_fre
             let origin = element.origin(world, at);
             let receiver =
                 Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
-            let (lx, rays) = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
-            (lx, drawing_rays + rays)
+            let walked = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
+            Traced { rays: drawing_rays + walked.rays, ..walked }
         });
         site.weighed = cut.weighed as f64;
         site
@@ -427,11 +428,11 @@ struct Sites {
 }
 
 impl Sites {
-    fn add(&mut self, context: &Context, weight: f64, samples: u64, mut sample: impl FnMut() -> (f64, u64)) {
+    fn add(&mut self, context: &Context, weight: f64, samples: u64, mut sample: impl FnMut() -> Traced) {
         let (mut sum, mut squares) = (0.0, 0.0);
         let (mut taken, mut read_at) = (0, 0.0);
         while taken < samples {
-            let (lx, rays) = sample();
+            let Traced { value: lx, rays } = sample();
             sum += lx;
             squares += lx * lx;
             self.rays += rays as f64;

@@ -18,6 +18,7 @@ use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::{MapKind, REPLICAS, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::transport::Traced;
 
 /// Expected scores of an element, in all replicas together, below which walks are used.
 const FEWEST_SCORES: f64 = 30.0;
@@ -94,7 +95,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
     let mut probe_rays = 0;
     for element in probes.iter().take_while(|_| !is_long_over()) {
         probe_rays +=
-            walk_from_element(context, (*element, contact_free[*element as usize]), 0, &mut cut, &mut stream).1;
+            walk_from_element(context, (*element, contact_free[*element as usize]), 0, &mut cut, &mut stream).rays;
     }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     job.work.rays += probe_rays;
@@ -114,15 +115,15 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) {
             for element in sparse[replica % 2].iter().take_while(|_| !is_long_over()) {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
-                    let (lx, walk_rays) = walk_from_element(
+                    let walked = walk_from_element(
                         context,
                         (*element, contact_free[*element as usize]),
                         walk,
                         &mut cut,
                         &mut stream,
                     );
-                    sum_lx += lx;
-                    rays += walk_rays;
+                    sum_lx += walked.value;
+                    rays += walked.rays;
                 }
                 means_lx.push(sum_lx / walks as f64);
             }
@@ -153,22 +154,22 @@ fn walk_from_element(
     walk: u64,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let world = context.world;
     if contact_free == 0.0 {
-        return (0.0, 0);
+        return Traced::default();
     }
     stream.seek((u64::from(index) << 32) | walk);
     let element = Element::of(world, context.scene, &world.elements, index).contact_free(contact_free);
     let (at, tested_rays) = element.draw_of_whole(world, stream);
     let Some(at) = at else {
-        return (0.0, tested_rays);
+        return Traced { value: 0.0, rays: tested_rays };
     };
     let origin = element.origin(world, at);
     let receiver =
         Receiver { point_m: world.tracer.position_m(&origin), normal: element.normal_at(world, at), origin: &origin };
-    let (lx, rays) = sample_indirect_lx(world, &receiver, cut, stream);
-    (lx, tested_rays + rays)
+    let walked = sample_indirect_lx(world, &receiver, cut, stream);
+    Traced { rays: tested_rays + walked.rays, ..walked }
 }
 
 #[cfg(test)]
@@ -217,7 +218,7 @@ mod tests {
                     starts += 1;
                     sum_lx +=
                         walk_from_element(&context, (element, share(element)), walk, &mut Cut::default(), &mut stream)
-                            .0;
+                            .value;
                 }
             }
             assert!(starts > 1000, "{starts}");

@@ -10,6 +10,7 @@ mod roulette;
 mod selection_by_cell;
 mod selection_by_region;
 mod sides_by_area;
+mod traced;
 mod unlit;
 
 use std::sync::{Arc, OnceLock};
@@ -27,6 +28,7 @@ pub use roulette::Roulette;
 pub use selection_by_cell::SelectionByCell;
 pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion};
 pub use sides_by_area::TriangleSide;
+pub use traced::Traced;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitted, Emitters, Place};
@@ -306,22 +308,22 @@ impl World {
 
     /// Share of the light that leaves the scene from a point in a unit direction, and the number of rays traced for it. The share is 0 if
     /// anything but panes blocks the direction.
-    pub fn transmittance_out(&self, from: &Origin, direction: DVec3) -> (f64, u64) {
+    pub fn transmittance_out(&self, from: &Origin, direction: DVec3) -> Traced {
         let mut here = *from;
         let mut product = 1.0;
         for rays in 1..=MOST_PANES {
             let hit = match self.tracer.first_hit(&here, direction) {
-                Meeting::Nothing => return (product, rays),
-                Meeting::Ball(_) => return (0.0, rays),
+                Meeting::Nothing => return Traced { value: product, rays },
+                Meeting::Ball(_) => return Traced { value: 0.0, rays },
                 Meeting::Surface(hit) => hit,
             };
             let Bsdf::Glass(glass) = self.bsdf(hit.triangle) else {
-                return (0.0, rays);
+                return Traced { value: 0.0, rays };
             };
             product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
             here = self.leave(&hit, LobeKind::Passed);
         }
-        (0.0, MOST_PANES)
+        Traced { value: 0.0, rays: MOST_PANES }
     }
 
     /// Follows one packet from a luminaire to its end. Returns the end and the number of rays. If the packet left the scene after a surface

@@ -15,6 +15,7 @@ use super::packets::{
     ConnectedFrom, ConnectingPoint, LaterLandings, LitSpot, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
 };
 use super::sides_by_area::{SidesByArea, TriangleSide};
+use super::traced::Traced;
 use crate::geometry::Meeting;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind};
@@ -109,7 +110,7 @@ impl NearLuminaires {
         if !matter(world.tracer.longest_m()) {
             return None;
         }
-        let (distance_m, distance_rays) = typical_distance_m(scene, world);
+        let Traced { value: distance_m, rays: distance_rays } = typical_distance_m(scene, world);
         if !matter(distance_m) {
             return None;
         }
@@ -200,8 +201,8 @@ impl NearLuminaires {
             return PacketConnection::nothing(rays);
         };
         let found = self.connect_to_spot(world, &spot, to);
-        let (later_lx, later_rays) = self.connect_to_later_landings(world, &spot, to, stream);
-        PacketConnection { rays: rays + found.rays + later_rays, later_lx, ..found }
+        let later = self.connect_to_later_landings(world, &spot, to, stream);
+        PacketConnection { rays: rays + found.rays + later.rays, later_lx: later.value, ..found }
     }
 
     /// One weighted sample of the illuminance of a point in lx by way of where a packet lands after its spot has sent it on, and the number
@@ -212,20 +213,19 @@ impl NearLuminaires {
         spot: &LitSpot,
         to: &ConnectingPoint,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         if to.later == LaterLandings::None {
-            return (0.0, 0);
+            return Traced::default();
         }
-        let (mut landed, mut rays) = spot.land_again(world, &self.emitters, stream);
-        let mut sum_lx = 0.0;
+        let (mut landed, rays) = spot.land_again(world, &self.emitters, stream);
+        let mut sum = Traced { value: 0.0, rays };
         while let Some(packet) = landed {
-            let (lx, shadow_rays) = packet.seen_from(world, &self.emitters, to);
-            sum_lx += lx;
+            sum += packet.seen_from(world, &self.emitters, to);
             let (next, next_rays) = packet.land_again(world, &self.emitters, stream);
             landed = next;
-            rays += shadow_rays + next_rays;
+            sum.rays += next_rays;
         }
-        (sum_lx, rays)
+        sum
     }
 
     /// How a walk from a point where it made a connection meets a place. `None` if later landings there are not connected to from the point.
@@ -277,7 +277,7 @@ fn are_later_landings_worth_it(world: &World, near: &NearEmitters, distance_m: f
 
 /// Typical distance in m from one surface to the next, and the number of rays traced to find it: the larger of two medians. Where a luminaire
 /// has a housing, most packets travel inside it; where a room is cluttered, most surfaces face others close by.
-fn typical_distance_m(scene: &Scene, world: &World) -> (f64, u64) {
+fn typical_distance_m(scene: &Scene, world: &World) -> Traced {
     let (of_packets, packet_rays) = distances_of_packets_m(world);
     let of_surfaces = distances_of_surfaces_m(scene, world);
     let median_m = |mut distances_m: Vec<f64>| {
@@ -287,7 +287,7 @@ fn typical_distance_m(scene: &Scene, world: &World) -> (f64, u64) {
             false => *distances_m.select_nth_unstable_by(middle, f64::total_cmp).1,
         }
     };
-    (median_m(of_packets).max(median_m(of_surfaces)), packet_rays + RAYS)
+    Traced { value: median_m(of_packets).max(median_m(of_surfaces)), rays: packet_rays + RAYS }
 }
 
 /// Distances in m from one surface to the next that packets meet, and the number of rays traced for them.

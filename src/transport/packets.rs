@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::World;
 use super::near_emitters::NearEmitters;
+use super::traced::Traced;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind};
@@ -362,22 +363,22 @@ impl LitSpot {
 impl LandedAgain<'_> {
     /// Illuminance that a point receives from this landing in lx, times its factor, and the number of rays that test visibility. It is
     /// weighted against walks that meet all or some of the packet's landings, and against later landings at the point.
-    pub fn seen_from(&self, world: &World, near: &NearEmitters, to: &ConnectingPoint) -> (f64, u64) {
+    pub fn seen_from(&self, world: &World, near: &NearEmitters, to: &ConnectingPoint) -> Traced {
         if !to.later.include(self.landing.is_sheet) {
-            return (0.0, 0);
+            return Traced::default();
         }
         let side = self.landing.side_towards(world, to.front.place.0);
         let to_side = to.facing(side.place.0);
         let met_per_m2 = seen_per_m2(side.place, to_side.place);
         if met_per_m2 <= 0.0 || side.share <= 0.0 || to_side.factor <= 0.0 {
-            return (0.0, 0);
+            return Traced::default();
         }
         let drawn_per_lm = near.drawn_by_flux_per_lm();
         let others_m2_per_lm = drawn_per_lm / met_per_m2 + side.share * to.density_per_lx(to_side);
         let all = self.found + self.density_lx(world) * others_m2_per_lm;
         let weight = drawn_per_lm / (self.spot.drawn_per_lm * all);
         let lx = self.lit_lx * self.sent * side.share * weight;
-        (to_side.factor * lx * world.transmittance(to_side.origin, &side.origin), 1)
+        Traced { value: to_side.factor * lx * world.transmittance(to_side.origin, &side.origin), rays: 1 }
     }
 
     /// What turns a density per lx at the spot, such as [`MetFrom::density_per_lx`], into that of this packet: the illuminance there in lx, times

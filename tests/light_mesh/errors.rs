@@ -39,7 +39,7 @@ fn exact_lx(scene: &Scene) -> Vec<f64> {
     let light = |point: &luxmc::scene::ReceiverPoint| {
         let origin = world.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        sample_all_emitters(&world, &receiver, &mut stream).0
+        sample_all_emitters(&world, &receiver, &mut stream).value
     };
     scene.receivers[0].points.iter().map(light).collect()
 }

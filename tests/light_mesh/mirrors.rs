@@ -40,7 +40,7 @@ fn samples(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f6
     let (mut sum, mut squares) = (0.0, 0.0);
     for sample in 0..count {
         stream.seek(sample);
-        let (lx, _) = sample_area_images(&world, mirrors, &receiver, &mut stream);
+        let lx = sample_area_images(&world, mirrors, &receiver, &mut stream).value;
         sum += lx;
         squares += lx * lx;
     }

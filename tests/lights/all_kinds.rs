@@ -76,7 +76,7 @@ fn by_light_samples(world: &World) -> [f64; 2] {
         let mut of_point = 0.0;
         for sample in 0..SAMPLES {
             stream.seek_quasi(point << 32 | sample, point, sample);
-            of_point += sampler.sample(&mut stream).0 / SAMPLES as f64;
+            of_point += sampler.sample(&mut stream).value / SAMPLES as f64;
         }
         sum += of_point;
         squares += of_point * of_point;

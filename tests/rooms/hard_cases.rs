@@ -127,7 +127,7 @@ fn rays_of_walks(world: &World) -> Vec<u64> {
     let receiver = Receiver { point_m, normal, origin: &origin };
     let walks = (0..50).map(|number| {
         stream.seek(number);
-        sample_indirect_lx(world, &receiver, &mut Cut::default(), &mut stream).1
+        sample_indirect_lx(world, &receiver, &mut Cut::default(), &mut stream).rays
     });
     walks.collect()
 }

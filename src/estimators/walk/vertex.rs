@@ -14,7 +14,7 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Bsdf, LobeKind, Pair, Reflection, Scattered, Translucent};
 use crate::transport::{
     ConnectedFrom, ConnectingPoint, ConnectingSide, LaterLandings, MetFrom, Mirrors, NearLuminaires, SampledPlace,
-    TriangleSide, World,
+    Traced, TriangleSide, World,
 };
 
 /// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
@@ -187,24 +187,22 @@ impl Vertex<'_> {
         mut tell: impl FnMut(WalkEvent),
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
             true => one_light_sample(self.world, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
             false => None,
         };
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| {
+        let sampled = sight.map_or(Traced::default(), |sight| {
             let counted_lm_m2 = direct * self.direct_lx(&sight);
             if self.connected_from.is_some() && self.world.is_near(sight.index) {
                 let lm_m2 = direct * sight.direct_lx();
                 tell(WalkEvent::FoundNear { emitter: sight.index, lm_m2, counted_lm_m2 });
             }
-            (counted_lm_m2, 1)
+            Traced { value: counted_lm_m2, rays: 1 }
         });
-        let (mirrored_lm_m2, mirrored_rays) =
-            in_mirrors_lx(self.world, &self.receiver(), ON_THE_WAY, responses, cut, stream);
-        (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
+        sampled + in_mirrors_lx(self.world, &self.receiver(), ON_THE_WAY, responses, cut, stream)
     }
 
     /// The same for one side of a translucent sheet, chosen at random by its share.
@@ -214,7 +212,7 @@ impl Vertex<'_> {
         [shares, shares_behind]: [[f64; 2]; 2],
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         if stream.unit() * bsdf.total(1.0) < bsdf.reflectance {
             return self.spread_lm_m2(bsdf.total(1.0), shares, |_| (), cut, stream);
         }
@@ -237,7 +235,7 @@ impl Vertex<'_> {
         [direct, mirrored]: [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
-    ) -> (f64, u64) {
+    ) -> Traced {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
         let responses = |towards: DVec3| {
@@ -246,9 +244,9 @@ impl Vertex<'_> {
             let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
-        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.world, &receiver, ON_THE_WAY, responses, cut, stream);
+        let mirrored = in_mirrors_lx(self.world, &receiver, ON_THE_WAY, responses, cut, stream);
         let Some(sight) = one_light_sample(self.world, self.spot, &receiver, SampleCost::Full, cut, stream) else {
-            return (mirrored_lm_m2, rays);
+            return mirrored;
         };
         let pair = pair(sight.towards);
         let brought_lx = sight.unshadowed_lx / sight.probability;
@@ -259,7 +257,7 @@ impl Vertex<'_> {
             None => lobe,
         };
         let sampled_lm_m2 = PI * (direct * bsdf.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
-        (mirrored_lm_m2 + sampled_lm_m2, rays + 1)
+        mirrored + Traced { value: sampled_lm_m2, rays: 1 }
     }
 }
 
@@ -289,17 +287,16 @@ pub fn in_mirrors_lx(
     responses: impl Fn(DVec3) -> [ImageResponse; 2],
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let Some(mirrors) = &world.mirrors else {
-        return (0.0, 0);
+        return Traced::default();
     };
     let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
-    let (points_lx, point_rays) = sample_points_in_mirrors(world, mirrors, receiver, to_points, cut, stream);
+    let points = sample_points_in_mirrors(world, mirrors, receiver, to_points, cut, stream);
     if !mirrors.walks_sample_areas() {
-        return (points_lx, point_rays);
+        return points;
     }
-    let (areas_lx, area_rays) = sample_areas_beside_rays(world, mirrors, receiver, chance, responses, stream);
-    (points_lx + areas_lx, point_rays + area_rays)
+    points + sample_areas_beside_rays(world, mirrors, receiver, chance, responses, stream)
 }
 
 /// The sides by which a vertex of a walk connects to packets of near luminaires, with what they send along the walk. The shares count for
@@ -333,8 +330,8 @@ pub(super) fn from_near_luminaires_lx(
     weight: f64,
     cache: &mut impl Cache,
     stream: &mut Stream,
-) -> (f64, u64) {
+) -> Traced {
     let found = lights.connect_to_packet(world, point, stream);
     cache.observe(&WalkEvent::Connected { weight, found: &found });
-    (found.lx + found.later_lx, found.rays)
+    Traced { value: found.lx + found.later_lx, rays: found.rays }
 }

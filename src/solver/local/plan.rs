@@ -16,6 +16,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::context::Context;
 use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES};
+use crate::transport::Traced;
 
 /// Fewest and most chains of the pilot, and work by the cheapest other method per chain that it traces.
 const FEWEST_CHAINS: usize = 256;
@@ -105,9 +106,9 @@ pub(super) fn plan(
 ) -> LocalPlan {
     let mut pilot_rays = 0;
     let mut walks = |anchors: &Anchors, bound: f64| {
-        let (part, mean, rays) = walks(context, set, anchors, bound);
-        pilot_rays += rays;
-        (part, mean)
+        let (part, mean) = walks(context, set, anchors, bound);
+        pilot_rays += mean.rays;
+        (part, mean.value)
     };
     let (whole, mean) = walks(&anchors, 0.0);
     let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
@@ -442,8 +443,8 @@ impl Pilot {
     }
 }
 
-/// Returns one walk from every entry, estimated from some entries; the mean value of a walk; and the rays that the pilot took.
-fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartVariance, f64, u64) {
+/// Returns one walk from every entry, estimated from some entries, and the mean value of a walk with the rays that the pilot took.
+fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartVariance, Traced) {
     let receivers = &context.scene.receivers[set];
     let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 4);
     let mut cut = Cut::default();
@@ -466,7 +467,8 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartV
             }
             done += 1;
             stream.seek(entry as u64 * WALKS + walk);
-            let (value, rays) = anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
+            let Traced { value, rays } =
+                anchors.sample_rest(context.world, receivers, entry, bound, &mut cut, &mut stream);
             sum += value;
             squares += value * value;
             rays_of_site += rays;
@@ -479,8 +481,9 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartV
         sites += 1.0;
     }
     if sites == 0.0 {
-        return (PartVariance::default(), 0.0, 0);
+        return (PartVariance::default(), Traced::default());
     }
     let scale = receivers.points.len() as f64 / sites;
-    (PartVariance { variance: part.variance * scale, rays: part.rays * scale }, total / sites, traced)
+    let all = PartVariance { variance: part.variance * scale, rays: part.rays * scale };
+    (all, Traced { value: total / sites, rays: traced })
 }

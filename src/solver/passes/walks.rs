@@ -15,6 +15,7 @@ use crate::solver::allotment::{Allotment, Carried};
 use crate::solver::context::Context;
 use crate::solver::regions::Groups;
 use crate::solver::streams::stream_index;
+use crate::transport::Traced;
 
 /// Groups of neighbours that a thread takes at a time.
 const GROUPS_PER_CHUNK: usize = 8;
@@ -103,15 +104,14 @@ pub fn walks_from_points(
             let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
             let walks = allotment.of(entry);
             for pass in passes.clone() {
-                let mut found_lx = 0.0;
+                let mut found = Traced::default();
                 let first_walk = carried.first_walk(entry, pass, walks);
                 for walk in first_walk..first_walk + walks {
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
-                    let (lx, walk_rays) = sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
-                    found_lx += lx;
-                    rays += walk_rays;
+                    found += sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
                 }
-                let lx = found_lx / walks as f64;
+                rays += found.rays;
+                let lx = found.value / walks as f64;
                 *sum_lx += lx;
                 entry_scores.add(lx);
             }

@@ -68,7 +68,7 @@ impl FreePoints {
                     };
                     // Samples are π times the luminance. Their mean over all sides is a quarter of ∫ L dω, their cosine-weighted
                     // mean the illuminance.
-                    sum_lx += sample_arriving_lx(&study.world, origin, direction, &mut cut, &mut stream).0;
+                    sum_lx += sample_arriving_lx(&study.world, origin, direction, &mut cut, &mut stream).value;
                 }
                 sum_lx / walks as f64
             }))
@@ -101,7 +101,7 @@ fn by_walks(study: &StudyScene, points_m: &[DVec3], walks: u64) -> Lit {
         let mut sum_lx = 0.0;
         for walk in 0..walks {
             stream.seek_quasi((number << 32) | walk, number, walk);
-            sum_lx += sample_indirect_lx(&study.world, &receiver, &mut cut, &mut stream).0;
+            sum_lx += sample_indirect_lx(&study.world, &receiver, &mut cut, &mut stream).value;
         }
         sum_lx / walks as f64
     };

@@ -16,7 +16,7 @@ use crate::light_mesh::{
 };
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
-use crate::transport::World;
+use crate::transport::{Traced, World};
 
 /// Number of receivers that a thread computes at a time.
 const CHUNK: usize = 1024;
@@ -115,14 +115,12 @@ impl StudyScene {
         let all_rays = (points_m.len() * self.world.emitters.list().len()) as f64 * samples as f64;
         self.every_so_many(points_m, (all_rays / most_rays).ceil().max(1.0) as usize, |number, receiver| {
             let mut stream = Stream::new(1, Purpose::LightMesh, 0, 0);
-            let (mut sum_lx, mut rays) = (0.0, 0);
+            let mut sum = Traced::default();
             for sample in 0..samples {
                 stream.seek_quasi((number << 32) | sample, number, sample);
-                let (lx, sample_rays) = sample_all_emitters(&self.world, receiver, &mut stream);
-                sum_lx += lx;
-                rays += sample_rays;
+                sum += sample_all_emitters(&self.world, receiver, &mut stream);
             }
-            (sum_lx / samples as f64, rays)
+            sum / samples as f64
         })
     }
 
@@ -133,15 +131,10 @@ impl StudyScene {
         self.every_so_many(points_m, every, |_, receiver| sources.as_point_sources_lx(&self.world, receiver))
     }
 
-    fn every_so_many(
-        &self,
-        points_m: &[DVec3],
-        every: usize,
-        light: impl Fn(u64, &Receiver) -> (f64, u64) + Sync,
-    ) -> Lit {
+    fn every_so_many(&self, points_m: &[DVec3], every: usize, light: impl Fn(u64, &Receiver) -> Traced + Sync) -> Lit {
         let started = Instant::now();
         let asked: Vec<(u64, DVec3)> = (0u64..).zip(points_m.iter().copied()).step_by(every).collect();
-        let found: Vec<(f64, u64)> = asked
+        let found: Vec<Traced> = asked
             .par_iter()
             .map(|(number, point_m)| {
                 let origin = self.world.tracer.side_origin(*point_m, DVec3::Z);
@@ -151,8 +144,8 @@ impl StudyScene {
         let scale = points_m.len() as f64 / asked.len().max(1) as f64;
         Lit {
             seconds: started.elapsed().as_secs_f64() * scale,
-            rays: (found.iter().map(|(_, rays)| rays).sum::<u64>() as f64 * scale) as u64,
-            lx: found.into_iter().map(|(lx, _)| lx).collect(),
+            rays: (found.iter().map(|light| light.rays).sum::<u64>() as f64 * scale) as u64,
+            lx: found.into_iter().map(|light| light.value).collect(),
             every,
             ..Lit::default()
         }

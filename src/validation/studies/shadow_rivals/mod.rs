@@ -13,6 +13,7 @@ use super::savings::place_of;
 use super::study_scene::{Lit, StudyScene};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
+use crate::transport::Traced;
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, signed_percent, significant};
 use depth_map::DepthMap;
@@ -45,17 +46,16 @@ struct LitScene {
 
 impl LitScene {
     /// Illuminance by all lamps at every point, from the visible share of each lamp. `seen` returns this share and the rays traced.
-    fn lit_by(&self, started: Instant, made: u64, seen: impl Fn(usize, DVec3) -> (f64, u64) + Sync) -> Lit {
+    fn lit_by(&self, started: Instant, made: u64, seen: impl Fn(usize, DVec3) -> Traced + Sync) -> Lit {
         let lamps = self.balls.world.emitters.list();
         let light = |place_m: &DVec3| {
-            lamps.iter().enumerate().fold((0.0, 0), |(lx, rays), (lamp, emitter)| {
-                let (share, more) = seen(lamp, *place_m);
-                (lx + share * emitter.unshadowed_lx(*place_m, DVec3::Z), rays + more)
+            lamps.iter().enumerate().fold(Traced::default(), |sum, (lamp, emitter)| {
+                sum + emitter.unshadowed_lx(*place_m, DVec3::Z) * seen(lamp, *place_m)
             })
         };
-        let found: Vec<(f64, u64)> = self.points_m.par_iter().map(light).collect();
-        let rays = made + found.iter().map(|(_, rays)| rays).sum::<u64>();
-        let lx = found.into_iter().map(|(lx, _)| lx).collect();
+        let found: Vec<Traced> = self.points_m.par_iter().map(light).collect();
+        let rays = made + found.iter().map(|light| light.rays).sum::<u64>();
+        let lx = found.into_iter().map(|light| light.value).collect();
         Lit { lx, rays, seconds: started.elapsed().as_secs_f64(), every: 1, ..Lit::default() }
     }
 
@@ -69,8 +69,8 @@ impl LitScene {
         let maps: Vec<DepthMap> = self.lamps_m().into_iter().map(map).collect();
         let made = maps.iter().map(|map| map.rays).sum();
         self.lit_by(started, made, |lamp, place_m| match rival {
-            MapShadow::Filtered { edge } => (maps[lamp].share_of_lit(place_m, *edge), 0),
-            MapShadow::SingleSample => (maps[lamp].single_sample(place_m, REACH_M), 0),
+            MapShadow::Filtered { edge } => Traced { value: maps[lamp].share_of_lit(place_m, *edge), rays: 0 },
+            MapShadow::SingleSample => Traced { value: maps[lamp].single_sample(place_m, REACH_M), rays: 0 },
         })
     }
 
@@ -80,7 +80,7 @@ impl LitScene {
         let wedges: Vec<Wedges> = self.lamps_m().into_iter().map(wedges).collect();
         self.lit_by(started, 0, |lamp, place_m| {
             let seen = wedges[lamp].seen_from(place_m);
-            (if outward_alone { seen.outward } else { seen.wedges }, 1)
+            Traced { value: if outward_alone { seen.outward } else { seen.wedges }, rays: 1 }
         })
     }
 }
