@@ -61,7 +61,7 @@ pub fn fitted_body(mesh: &Path, degree: usize) -> Result<FittedBody, Failure> {
 }
 
 fn description(fit: &HarmonicFit, faces: usize) -> String {
-    let of_radius = |length_m: f64| format!("{length_m:.6} m ({:.3}%)", 100.0 * length_m / fit.mean_radius_m);
+    let of_radius = |length_m: f64| format!("{length_m:.6} m ({:.3} %)", 100.0 * length_m / fit.mean_radius_m);
     let rows = [
         ("faces of the mesh", faces.to_string()),
         ("harmonics", fit.series.coefficients().len().to_string()),

@@ -1,46 +1,40 @@
-//! Formats numbers for readers, with as many digits as are significant.
+//! Numbers for the terminal: those of [`crate::output::numbers`], with plain spaces and minus signs. Texts of a terminal are searched and
+//! compared, and a no-break space or a true minus sign is not what a person types.
 
-use crate::output::numbers;
+use crate::output::numbers::{self, SPACE};
+
+/// With the signs of a keyboard.
+fn typed(text: String) -> String {
+    text.replace(SPACE, " ").replace('−', "-")
+}
 
 /// A number with this many significant digits: as a plain decimal if that is short, else with a power of ten.
 pub fn significant(number: f64, digits: usize) -> String {
-    let is_short = number == 0.0 || !number.is_finite() || (-4..9).contains(&numbers::power_of_ten(number, digits));
-    if is_short { numbers::significant(number, digits) } else { format!("{number:.*e}", digits - 1) }
+    typed(numbers::short(number, digits))
 }
 
 /// A number as a person would write it: up to this many significant digits, without trailing zeros.
 pub fn plain(number: f64, digits: usize) -> String {
-    let text = significant(number + 0.0, digits);
-    if !text.contains('.') || text.contains('e') {
+    let text = significant(number, digits);
+    if !text.contains('.') || text.contains('·') {
         return text;
     }
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A fraction as percent: `1.23 %`.
+/// A fraction as percent with three digits: `1.23 %`.
 pub fn percent(fraction: f64) -> String {
-    if !fraction.is_finite() {
-        return "unknown".to_owned();
-    }
-    format!("{} %", significant(100.0 * fraction, 3))
+    typed(numbers::percent_to(fraction, 3))
 }
 
-/// A count in thousands, millions, … : `1.23 M`.
+/// A count in thousands, millions, …: `1.23 M`.
 pub fn count(number: f64) -> String {
-    match numbers::in_thousands(number) {
-        (number, "") => format!("{number:.0}"),
-        (number, unit) => format!("{}{unit}", significant(number, 3)),
-    }
+    typed(numbers::count(number))
 }
 
 /// A time: `0.52 s`, `3 min 20 s`, `2 h 5 min`.
 pub fn time(seconds: f64) -> String {
-    match seconds.max(0.0) {
-        s if s < 9.95 => format!("{} s", significant(s, 2)),
-        s if s < 99.5 => format!("{s:.0} s"),
-        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
-        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
-    }
+    typed(numbers::duration(seconds))
 }
 
 #[cfg(test)]
@@ -54,7 +48,8 @@ mod tests {
             (123.456, "123.5"),
             (9.9996, "10.00"),
             (0.012_346, "0.01235"),
-            (1.5e-9, "1.500e-9"),
+            (-1.5, "-1.500"),
+            (1.5e-9, "1.500·10⁻⁹"),
             (0.0, "0"),
             (-0.0, "0"),
         ] {

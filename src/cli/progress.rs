@@ -345,7 +345,7 @@ mod tests {
         let by_pilots = |low: f64| long_run_line(&at(Forecast { expected: 9000.0, low, high: 20_000.0 }, None), 0.1);
         assert_eq!(by_pilots(3000.0), None);
         let line = by_pilots(4000.0).unwrap_or_default();
-        assert!(line.contains("2 h 30 min (1 h 06 min to 5 h 33 min)"), "{line}");
+        assert!(line.contains("2 h 30 min (1 h 6 min to 5 h 33 min)"), "{line}");
     }
 
     /// An error shared by cells that exceeds the target, and that no plan takes below it, is reported as out of reach, however

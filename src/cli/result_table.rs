@@ -107,7 +107,7 @@ fn intensity_table(intensities: &[LeavingLight]) -> String {
 }
 
 fn daylight_table(factors: &[DaylightFactors], first: &DaylightFactors) -> String {
-    let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", number(percent, 2)));
+    let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {} %", number(percent, 2)));
     let header = [say!("name"), "D̄/%", "±", "Dmin/%", "±", say!("median/%"), "±", &target, "±", &least, "±"];
     let rows = factors.iter().map(|factors| {
         let [average, minimum, median] = [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
@@ -115,7 +115,7 @@ fn daylight_table(factors: &[DaylightFactors], first: &DaylightFactors) -> Strin
         [average, minimum, median].into_iter().for_each(|percent| cells.extend(value_and_error(*percent)));
         for share in factors.shares_above {
             let [value, error] =
-                [share.value, share.standard_error].map(|share| decimal(format!("{:.1}%", 100.0 * share)));
+                [share.value, share.standard_error].map(|share| decimal(format!("{:.1} %", 100.0 * share)));
             cells.extend([value, error]);
         }
         cells

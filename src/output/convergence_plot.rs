@@ -2,7 +2,7 @@
 
 use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
-use super::numbers::{count_tick, duration, percent, tick};
+use super::numbers::{count, count_tick, duration, percent, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::texts::{decimal, said, say, words};
 use crate::control::{FORECAST_SHARES, Forecast};
@@ -86,7 +86,7 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
     };
     let target = solution.target_error.filter(|target| *target > 0.0);
     let aim = target.map_or(String::new(), |target| say!(", target {}", percent(target)));
-    let rays = if last.rays == 0 { String::new() } else { say!("{} rays in ", count(last.rays)) };
+    let rays = if last.rays == 0 { String::new() } else { say!("{} rays in ", count(last.rays as f64)) };
     let line = say!(
         "Stated error {}{}, after {}{} of computing; starting, reading and building took {} before that",
         percent(solution.estimated_error),
@@ -120,12 +120,6 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
         draw_key_of_forecasts(&mut picture, target.is_some());
     }
     picture
-}
-
-/// A count with three significant digits: `5.17 M`.
-fn count(number: u64) -> String {
-    let unit = 10f64.powf((number.max(1) as f64).log10().floor() - 2.0).max(1.0);
-    count_tick((number as f64 / unit).round() * unit)
 }
 
 /// The parts of the error, if there is more than one.
@@ -365,11 +359,6 @@ mod tests {
         assert_eq!(shown(&rows[2..])[0], ("at 19 %".to_owned(), 95.0));
         assert_eq!(shown(&rows[2..]).len(), 3);
         assert!(shown(&rows[4..]).is_empty());
-    }
-
-    #[test]
-    fn counts_have_three_digits() {
-        assert_eq!([7, 12_345, 5_170_903].map(count), ["7", "12.3 k", "5.17 M"]);
     }
 
     /// If elements adapt, both errors are shown. An error with a single part is shown once.

@@ -135,7 +135,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
     let Some(first) = factors.first() else {
         return String::new();
     };
-    let [target, least] = first.targets_percent.map(|percent| say!("Area above {}%", lux(percent)));
+    let [target, least] = first.targets_percent.map(|percent| say!("Area above {} %", lux(percent)));
     let mut table = HtmlTable::new(
         "",
         &[
@@ -188,7 +188,7 @@ fn percents_cell(percents: Estimate) -> String {
 
 /// Table of mean components of the daylight factor; empty if they are unknown.
 fn component_table(factors: &[DaylightFactors]) -> String {
-    let without = say!("Area without sky<small>sky component below {}%</small>", tick(NO_SKY_PERCENT));
+    let without = say!("Area without sky<small>sky component below {} %</small>", tick(NO_SKY_PERCENT));
     let mut table = HtmlTable::new(
         "",
         &[

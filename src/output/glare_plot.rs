@@ -3,6 +3,7 @@
 use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
 use super::font::text_width;
+use super::numbers::whole_percent;
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::plan::{Labels, Plan, middle_m};
 use super::texts::say;
@@ -50,7 +51,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
         picture.disk([x, y], radius, AMBER);
         picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
         if place < MOST_LABELLED && share >= LEAST_LABELLED {
-            let text = format!("{:.0}%", 100.0 * share);
+            let text = whole_percent(share);
             let away = radius + BESIDE;
             // The label stands beside the disk, on the left if the page ends at the right.
             let is_right = x + away + text_width(&text, TYPE, true) < picture.width;

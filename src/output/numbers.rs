@@ -1,24 +1,28 @@
-//! Formats numbers as a lighting report prints them, with as many digits as are useful to a reader.
+//! Numbers for readers: of reports, plots and the validation's pages, with as many digits as are useful. The terminal's numbers are the same
+//! with plain signs: `cli/number_text.rs`. CSV and JSON files do not use them: their numbers are for programs and have all digits.
 
 use super::texts::{decimal, say};
 use crate::maps::Estimate;
 
 /// An illuminance for reading: no decimals from 10 lx on, below that two digits.
 pub fn lux(illuminance_lx: f64) -> String {
-    decimal(grouped(&rounded(illuminance_lx, 2)))
+    decimal(in_groups(&rounded(illuminance_lx, 2)))
 }
 
 /// An amount such as a flux, an area or a power: three digits, all digits before the point.
 pub fn amount(number: f64) -> String {
-    decimal(grouped(&rounded(number, 3)))
+    decimal(in_groups(&rounded(number, 3)))
 }
 
 /// A standard error: one digit, or two if the first is 1.
 pub fn uncertainty(number: f64) -> String {
     let two = rounded(number, 2);
     let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
-    decimal(grouped(&if leading == Some('1') { two } else { rounded(number, 1) }))
+    decimal(in_groups(&if leading == Some('1') { two } else { rounded(number, 1) }))
 }
+
+/// Space between a number and its unit: no line ends there.
+pub const SPACE: char = '\u{a0}';
 
 /// Sign for an unknown number.
 pub const UNKNOWN: &str = "–";
@@ -80,19 +84,29 @@ fn ratio_uncertainty(number: f64) -> String {
     if number > 0.0 && number < 0.005 { decimal("0.01") } else { ratio(number) }
 }
 
-/// A large count: `150 k`, `2 M`.
+/// A count of rays, chains, …: all digits below 10 000, else three digits in thousands, millions, …: `1.23 M`.
+pub fn count(number: f64) -> String {
+    match in_thousands(number) {
+        (number, None) => format!("{number:.0}"),
+        (number, Some(letter)) => decimal(format!("{}{SPACE}{letter}", significant(number, 3))),
+    }
+}
+
+/// A count on an axis: `150 k`, `2 M`.
 pub fn count_tick(number: f64) -> String {
-    let (number, unit) = in_thousands(number);
-    format!("{}{unit}", tick(number))
+    match in_thousands(number) {
+        (number, None) => tick(number),
+        (number, Some(letter)) => format!("{}{SPACE}{letter}", tick(number)),
+    }
 }
 
 /// A count in thousands, millions, …, with the letter for them; unchanged below 10 000.
-pub fn in_thousands(number: f64) -> (f64, &'static str) {
+fn in_thousands(number: f64) -> (f64, Option<char>) {
     match number {
-        n if n < 1e4 => (n, ""),
-        n if n < 1e6 => (n / 1e3, " k"),
-        n if n < 1e9 => (n / 1e6, " M"),
-        n => (n / 1e9, " G"),
+        n if n < 1e4 => (n, None),
+        n if n < 1e6 => (n / 1e3, Some('k')),
+        n if n < 1e9 => (n / 1e6, Some('M')),
+        n => (n / 1e9, Some('G')),
     }
 }
 
@@ -103,18 +117,28 @@ pub fn ratio(number: f64) -> String {
 
 /// A fraction as percent with two digits: `1.9 %`.
 pub fn percent(fraction: f64) -> String {
+    percent_to(fraction, 2)
+}
+
+/// A fraction as percent with this many digits.
+pub fn percent_to(fraction: f64, digits: usize) -> String {
     if !fraction.is_finite() {
         return say!("unknown").to_owned();
     }
-    decimal(format!("{}\u{a0}%", rounded(100.0 * fraction, 2)))
+    decimal(format!("{}{SPACE}%", rounded(100.0 * fraction, digits)))
 }
 
-/// A time for reading: `0.52 s`, `48 s`, `3 min 20 s`.
+/// A fraction in whole percent.
+pub fn whole_percent(fraction: f64) -> String {
+    format!("{:.0}{SPACE}%", 100.0 * fraction).replace('-', "−")
+}
+
+/// A time for reading: `0.52 s`, `48 s`, `3 min 20 s`, `2 h 5 min`.
 pub fn duration(seconds: f64) -> String {
     match seconds.max(0.0) {
-        s if s < 99.5 => decimal(format!("{} s", rounded(s, 2))),
-        s if s < 3600.0 => format!("{} min {} s", (s / 60.0).floor(), (s % 60.0).floor()),
-        s => format!("{} h {} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
+        s if s < 99.5 => decimal(format!("{}{SPACE}s", rounded(s, 2))),
+        s if s < 3600.0 => format!("{}{SPACE}min {}{SPACE}s", (s / 60.0).floor(), (s % 60.0).floor()),
+        s => format!("{}{SPACE}h {}{SPACE}min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
     }
 }
 
@@ -126,9 +150,8 @@ pub fn tick(number: f64) -> String {
     let text = if (1e-4..1e6).contains(&number.abs()) {
         trimmed(&format!("{number:.6}"))
     } else {
-        let text = format!("{number:e}");
-        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        if digits == "1" { format!("10{}", superscript(power)) } else { format!("{digits}·10{}", superscript(power)) }
+        let text = with_power(&format!("{number:e}"));
+        text.strip_prefix("1·").map_or(text.clone(), str::to_owned)
     };
     decimal(text.replace('-', "−"))
 }
@@ -149,14 +172,33 @@ pub fn power_of_ten(number: f64, digits: usize) -> i32 {
     scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0)
 }
 
-/// The same as [`significant`] with a proper minus sign, and as a power of ten if it had more than eight decimals.
+/// The same as [`significant`] with a proper minus sign, and with a power of ten below 0.0001.
 fn rounded(number: f64, digits: usize) -> String {
     if !number.is_finite() {
         return "0".to_owned();
     }
-    let is_long = number != 0.0 && digits as i32 - 1 - power_of_ten(number, digits) > 8;
-    let text = if is_long { format!("{number:.*e}", digits - 1) } else { significant(number, digits) };
-    text.replace('-', "−")
+    let is_small = number != 0.0 && power_of_ten(number, digits) < LEAST_POWER;
+    if is_small { scientific(number, digits) } else { significant(number, digits).replace('-', "−") }
+}
+
+/// A number with this many significant digits and a proper minus sign: as a plain decimal if that is short, else with a power of ten.
+pub fn short(number: f64, digits: usize) -> String {
+    let is_long = number.is_finite() && power_of_ten(number, digits) > GREATEST_POWER;
+    if is_long || !number.is_finite() { scientific(number, digits) } else { rounded(number, digits) }
+}
+
+/// Least and greatest power of ten of a short plain decimal.
+const LEAST_POWER: i32 = -4;
+const GREATEST_POWER: i32 = 8;
+
+/// A number with this many significant digits and a power of ten: `1.5·10⁻⁹`.
+pub fn scientific(number: f64, digits: usize) -> String {
+    with_power(&format!("{number:.*e}", digits - 1)).replace('-', "−")
+}
+
+/// The power of ten of `1.5e-9` as readers write it: `1.5·10⁻⁹`.
+fn with_power(text: &str) -> String {
+    text.split_once('e').map_or(text.to_owned(), |(digits, power)| format!("{digits}·10{}", superscript(power)))
 }
 
 fn trimmed(text: &str) -> String {
@@ -164,27 +206,27 @@ fn trimmed(text: &str) -> String {
 }
 
 /// A power of ten's exponent in raised digits.
-pub fn superscript(power: &str) -> String {
+fn superscript(power: &str) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |letter: char| letter.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     power.chars().map(raised).collect()
 }
 
-/// Separates thousands in numbers from 10 000.
-pub fn grouped(text: &str) -> String {
-    grouped_from(5, text, '\u{2009}')
+/// A count with all its digits, and with separated thousands from 10 000 on.
+pub fn grouped(count: u64) -> String {
+    in_groups(&count.to_string())
 }
 
-/// Separates thousands by this space in numbers of at least this many digits before the point.
-pub fn grouped_from(fewest: usize, text: &str, space: char) -> String {
+/// Separates thousands in numbers from 10 000.
+fn in_groups(text: &str) -> String {
     let whole = text.split('.').next().unwrap_or(text).len();
-    if whole < fewest || text.contains('e') {
+    if whole < 5 || text.contains('·') {
         return text.to_owned();
     }
     let mut grouped = String::with_capacity(text.len() + 4);
     for (index, letter) in text.chars().enumerate() {
         if index > 0 && index < whole && (whole - index).is_multiple_of(3) {
-            grouped.push(space);
+            grouped.push('\u{2009}');
         }
         grouped.push(letter);
     }
@@ -220,7 +262,16 @@ mod tests {
         assert_eq!([0.23, 5.2, 0.148, 12.6, 0.0986, 0.0].map(uncertainty), ["0.2", "5", "0.15", "13", "0.1", "0"]);
         assert_eq!(amount(19_040.4), "19\u{2009}040");
         assert_eq!(amount(1_234_567.0), "1\u{2009}234\u{2009}567");
-        assert_eq!([0.0194, 0.1].map(percent), ["1.9\u{a0}%", "10\u{a0}%"]);
+        assert_eq!([0.0194, 0.1, 2e-9].map(percent), ["1.9\u{a0}%", "10\u{a0}%", "2.0·10⁻⁷\u{a0}%"]);
+        let counts = [7.0, 1234.0, 12_345.0, 5_170_903.0, 1.2e7].map(count);
+        assert_eq!(counts, ["7", "1234", "12.3\u{a0}k", "5.17\u{a0}M", "12.0\u{a0}M"]);
+        assert_eq!([1234, 1_234_567].map(grouped), ["1234", "1\u{2009}234\u{2009}567"]);
+        assert_eq!([2e-10, 1.5e12].map(amount), ["2.00·10⁻¹⁰", "1\u{2009}500\u{2009}000\u{2009}000\u{2009}000"]);
+        assert_eq!([-1.5e-9, 1.5e12, 0.0123].map(|number| short(number, 2)), ["−1.5·10⁻⁹", "1.5·10¹²", "0.012"]);
+        assert_eq!(
+            [0.523, 61.0, 200.0, 3723.0].map(duration),
+            ["0.52\u{a0}s", "61\u{a0}s", "3\u{a0}min 20\u{a0}s", "1\u{a0}h 2\u{a0}min"]
+        );
         assert_eq!([0.0, 0.1, -0.25, 2000.0, 1e-5, 3e7].map(tick), ["0", "0.1", "−0.25", "2000", "10⁻⁵", "3·10⁷"]);
     }
 

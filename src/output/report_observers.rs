@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::glare_plot::{glare_grid_picture, glare_picture};
 use super::html::{HtmlTable, figure, with_error};
 use super::leaving_light::leaving_light;
-use super::numbers::{amount, lux, percent, uncertainty};
+use super::numbers::{amount, lux, percent, uncertainty, whole_percent};
 use super::picture::escaped;
 use super::texts::{decimal, said, say, separator};
 use crate::base::glare::rating_text;
@@ -155,7 +155,7 @@ fn glare_figure(scene: &Scene, rating: &GlareRating) -> String {
         .iter()
         .take(MOST_NAMES)
         .map(|(luminaire, sum)| {
-            format!("{}: {:.0}%", scene.luminaires[*luminaire].name, 100.0 * sum / rating.glare_sum.value)
+            format!("{}: {}", scene.luminaires[*luminaire].name, whole_percent(sum / rating.glare_sum.value))
         })
         .collect();
     let set = &scene.receivers[rating.set];

@@ -173,8 +173,8 @@ impl ViewPage {
         let shown_m2: f64 = shown.iter().map(own_m2).sum();
         self.left_out.push(say!(
             "Of {} triangles, {} are shown: the largest ones, with {} of the scene's area.",
-            grouped(&count.to_string()),
-            grouped(&MOST_FACETS.to_string()),
+            grouped(count as u64),
+            grouped(MOST_FACETS as u64),
             percent(shown_m2 / all_m2)
         ));
         shown
@@ -190,7 +190,7 @@ impl ViewPage {
                 continue;
             }
             if set.points.len() > room {
-                let count = grouped(&set.points.len().to_string());
+                let count = grouped(set.points.len() as u64);
                 self.left_out.push(say!("Receiver set “{}” is not shown: {} points are too many.", set.name, count));
                 continue;
             }

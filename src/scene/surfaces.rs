@@ -409,7 +409,7 @@ impl Surfaces {
             })
             .sum();
         warnings.push(format!(
-            "{name}: the sphere is approximated by {} inscribed triangles; their area is {:.3}% too small",
+            "{name}: the sphere is approximated by {} inscribed triangles; their area is {:.3} % too small",
             shape.parts[0].triangles.len(),
             100.0 * (1.0 - area / exact)
         ));

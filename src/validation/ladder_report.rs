@@ -7,7 +7,7 @@ use super::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_hei
 use super::report::Table;
 use super::report_html::{opening, table as html_table};
 use super::report_md::table as md_table;
-use super::words::{duration, escaped, percent, rounded_count, significant};
+use super::words::{count, duration, escaped, percent, significant};
 use crate::output::numbers::count_tick;
 
 /// Colours that distinguish methods in plots, together with shapes, in print too (Okabe and Ito 2008).
@@ -56,7 +56,7 @@ fn figure_of_merit(ladder: &Ladder) -> String {
     } else if figure < 1000.0 {
         significant(figure, 3)
     } else {
-        rounded_count(figure as u64)
+        count(figure)
     }
 }
 
@@ -91,9 +91,9 @@ fn results(ladders: &[&Ladder]) -> Table {
             "slope by time",
             "slope by rays",
             "figure of merit, 1/s",
-            "time to 3\u{202f}%",
-            "time to 1\u{202f}%",
-            "time to 0.3\u{202f}%",
+            "time to 3\u{a0}%",
+            "time to 1\u{a0}%",
+            "time to 0.3\u{a0}%",
         ],
         text_columns: vec![0],
         rows: rows.collect(),
@@ -103,8 +103,8 @@ fn results(ladders: &[&Ladder]) -> Table {
 fn rungs(ladder: &Ladder) -> Table {
     let rows = ladder.rungs.iter().map(|rung| {
         vec![
-            rounded_count(rung.chains),
-            rounded_count(rung.rays),
+            count(rung.chains as f64),
+            count(rung.rays as f64),
             duration(rung.seconds),
             percent(rung.true_error),
             percent(rung.stated_error),

@@ -2,7 +2,7 @@
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
 use super::statistics::{ComparedEntry, Statistics};
-use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent, whole_percent};
+use super::words::{count, date, duration, grouped, percent, sigmas, signed_percent, whole_percent};
 
 /// Results of a whole validation.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ impl Validation {
             self.threads,
             if self.threads == 1 { "thread" } else { "threads" },
             duration(self.cases.iter().map(CaseOutcome::seconds).sum()),
-            rounded_count(rays)
+            count(rays as f64)
         )
     }
 }
@@ -186,8 +186,8 @@ pub fn costs(case: &CaseOutcome) -> Table {
             run.seed.to_string(),
             target,
             percent(run.stated_error),
-            rounded_count(run.chains),
-            rounded_count(run.rays),
+            count(run.chains as f64),
+            count(run.rays as f64),
             duration(run.seconds),
         ]
     });

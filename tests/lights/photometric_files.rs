@@ -249,7 +249,7 @@ fn a_header_that_promises_too_little_flux_is_a_warning() {
     let ldt = std::fs::read_to_string(root().join("scenes/luminaires/downlight.ldt")).unwrap();
     let wrong =
         parse_eulumdat(ldt.replacen("\r\n80\r\n1\r\n0\r\n1\r\n", "\r\n70\r\n1\r\n0\r\n1\r\n", 1).as_bytes()).unwrap();
-    assert!(wrong.warnings.iter().any(|warning| warning.contains("states 70%")), "{:?}", wrong.warnings);
+    assert!(wrong.warnings.iter().any(|warning| warning.contains("states 70 %")), "{:?}", wrong.warnings);
 }
 
 #[test]

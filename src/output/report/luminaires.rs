@@ -4,7 +4,7 @@ use super::Report;
 use crate::maps::TableKind;
 use crate::output::energy::energy_words;
 use crate::output::html::{HtmlTable, figure};
-use crate::output::numbers::{UNKNOWN, amount, ratio};
+use crate::output::numbers::{UNKNOWN, amount, ratio, whole_percent};
 use crate::output::picture::escaped;
 use crate::output::plots::{Plot, PlotKind};
 use crate::output::schedule::{Power, floor_area_m2};
@@ -44,7 +44,7 @@ impl Report<'_> {
                 count.to_string(),
                 of_each(amount(luminaire.luminous_flux_lm)),
                 of_each(ratio(luminaire.maintenance_factor)),
-                of_each(percent_whole(luminaire.dimming)),
+                of_each(whole_percent(luminaire.dimming)),
                 of_each(luminaire.power_w.map_or(say!("unknown").to_owned(), amount)),
                 amount(all_lm),
             ]);
@@ -181,8 +181,4 @@ fn opening_words(opening: &Opening) -> String {
         (_, [c0_m, c90_m, height_m]) => say!("opening {} × {} × {} m", ratio(*c0_m), ratio(*c90_m), ratio(*height_m)),
         _ => String::new(),
     }
-}
-
-fn percent_whole(fraction: f64) -> String {
-    format!("{:.0}\u{a0}%", 100.0 * fraction)
 }

@@ -3,7 +3,7 @@
 use super::super::lines::line_item;
 use super::Report;
 use crate::output::html::{HtmlTable, figure};
-use crate::output::numbers::{amount, count_tick, duration, grouped};
+use crate::output::numbers::{amount, count, duration, grouped};
 use crate::output::picture::escaped;
 use crate::output::plots::PlotKind;
 use crate::output::report_words::{method_words, stop_words, target_words};
@@ -40,8 +40,8 @@ impl Report<'_> {
             duration(self.context.wall_s),
             self.context.threads,
             if self.context.threads == 1 { say!("thread") } else { say!("threads") },
-            grouped(&solution.chains.to_string()),
-            count_tick(round_count(solution.rays)),
+            grouped(solution.chains),
+            count(solution.rays as f64),
             solution.seed
         );
         page += &format!("<p>{work}</p>\n");
@@ -106,15 +106,6 @@ impl Report<'_> {
     }
 }
 
-fn round_count(count: u64) -> f64 {
-    let count = count as f64;
-    if count < 1e3 {
-        return count;
-    }
-    let grain = 10f64.powf(count.log10().floor() - 2.0);
-    (count / grain).round() * grain
-}
-
 /// Rays and computing time by activity.
 fn spending_table(spending: &Spending) -> String {
     let caption = say!("What rays and computing time were used for");
@@ -126,7 +117,7 @@ fn spending_table(spending: &Spending) -> String {
     for activity in Activity::ALL.into_iter().filter(spent) {
         let rays = match spending.rays(activity) {
             0 => "–".to_owned(),
-            rays => count_tick(round_count(rays)),
+            rays => count(rays as f64),
         };
         table.row(vec![said(activity.words()).to_owned(), rays, duration(spending.seconds(activity))]);
     }

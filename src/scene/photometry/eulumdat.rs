@@ -149,7 +149,7 @@ impl StoredNumbers {
         if turn.disagreement > FLUX_TOLERANCE {
             let percent = 100.0 * turn.disagreement;
             warnings
-                .push(format!("planes given twice differ by up to {percent:.1}% of the maximum; the first was taken"));
+                .push(format!("planes given twice differ by up to {percent:.1} % of the maximum; the first was taken"));
         }
         let (lowest, highest) = (self.gamma_deg[0], self.gamma_deg[angle_count - 1]);
         if !([0.0, 90.0].contains(&lowest) && [90.0, 180.0].contains(&highest)) {
@@ -296,7 +296,7 @@ impl Header {
         let apart = claimed > 0.0 && (percent - claimed).abs() > FLUX_TOLERANCE * claimed;
         if over || apart {
             warnings.push(format!(
-                "the intensities add up to {flux_lm:.1} lm, {percent:.1}% of the lamps' {:.1} lm, where the file states {claimed}%; the flux from the intensities is used",
+                "the intensities add up to {flux_lm:.1} lm, {percent:.1} % of the lamps' {:.1} lm, where the file states {claimed} %; the flux from the intensities is used",
                 self.lamp_flux_lm
             ));
         }
@@ -305,7 +305,7 @@ impl Header {
             .filter(|down| self.downward_percent > 0.0 && (down - self.downward_percent).abs() > 100.0 * FLUX_TOLERANCE)
         {
             let claimed = self.downward_percent;
-            warnings.push(format!("{downward:.1}% of the flux goes downward, where the header states {claimed}%"));
+            warnings.push(format!("{downward:.1} % of the flux goes downward, where the header states {claimed} %"));
         }
     }
 }

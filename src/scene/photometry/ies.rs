@@ -207,7 +207,7 @@ fn web_of(
             if turn.disagreement > FLUX_TOLERANCE {
                 let percent = 100.0 * turn.disagreement;
                 warnings.push(format!(
-                    "planes given twice differ by up to {percent:.1}% of the maximum; the first was taken"
+                    "planes given twice differ by up to {percent:.1} % of the maximum; the first was taken"
                 ));
             }
             if symmetry == LateralSymmetry::None && horizontal.len() > 1 && last - first < 360.0 {

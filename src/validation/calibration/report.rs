@@ -6,7 +6,7 @@ use super::{NOMINAL, fewest_met, most_cost};
 use crate::validation::report::{Table, VERDICT};
 use crate::validation::report_html::{opening, table as html_table};
 use crate::validation::report_md::table as md_table;
-use crate::validation::words::{date, duration, escaped, percent, rounded_count, significant};
+use crate::validation::words::{count, date, duration, escaped, percent, significant};
 
 const HOW_TO_READ: [&str; 5] = [
     "Every row summarises many runs of one map, each with its own seed, to the same target. The truth is exact, so each run's true error is known; a user never knows it.",
@@ -75,7 +75,7 @@ fn circumstances(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u6
         settings.seeds,
         percent(settings.target_error),
         runs().count(),
-        rounded_count(runs().map(|run| run.rays).sum()),
+        count(runs().map(|run| run.rays as f64).sum()),
         duration(runs().map(|run| run.seconds).sum())
     )
 }

@@ -10,7 +10,7 @@ use crate::validation::forecasts::ForecastSums;
 use crate::validation::report::Table;
 use crate::validation::report_html::{opening, table as html_table};
 use crate::validation::report_md::table as md_table;
-use crate::validation::words::{date, escaped, percent, rounded_count, significant};
+use crate::validation::words::{count, date, escaped, percent, significant};
 
 const HOW_TO_READ: [&str; 6] = [
     "Every room is generated from a kind and a seed; luxmc new room writes its files. Methods may be tuned on rooms of even seeds. Rooms of odd seeds are used only to judge.",
@@ -105,7 +105,7 @@ fn room_table(proof: &Proof, settings: &ProofSettings) -> Table {
                 met,
                 worst,
                 significant(auto.cpu_s, 3),
-                rounded_count(auto.rays as u64),
+                count(auto.rays),
                 significant(room.walks[target].cpu_s, 3),
                 room.rival.as_ref().map_or("–".to_owned(), |costs| significant(costs[target].cpu_s, 3)),
                 dash(walks),
@@ -201,7 +201,7 @@ fn circumstances(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String
         settings.seeds,
         targets.join(", "),
         runs().count(),
-        rounded_count(runs().map(|run| run.cost.rays as u64).sum()),
+        count(runs().map(|run| run.cost.rays).sum()),
         percent(settings.reference.target_error)
     )
 }
