@@ -6,7 +6,7 @@ use super::exact::light_samples_are_exact;
 use super::options::{HURRIED_PLACE_WALKS, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::plan_indirect::LEAST_INDIRECT;
-use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, mean_lx, random_lx};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, mean_value, random_error};
 use super::walks::HALVES;
 use crate::control::ONE_IN_TWENTY;
 
@@ -53,12 +53,12 @@ impl Planner<'_> {
         rounds
     }
 
-    /// Returns the target in lx for a map of this brightness, reduced for the random error of the last check.
-    fn target_lx(&self, entries: &Entries, lights: &[EntryLight]) -> Option<f64> {
+    /// Returns the target in the unit of the map's values for a map of this brightness, reduced for the random error of the last check.
+    fn target(&self, entries: &Entries, lights: &[EntryLight]) -> Option<f64> {
         // With k points, each with an independent difference, the estimate of the error is too small by this factor in one case in twenty.
         let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
         let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
-        self.wishes.target_error.map(|target| self.caution * target * mean_lx(entries, lights) / short)
+        self.wishes.target_error.map(|target| self.caution * target * mean_value(entries, lights) / short)
     }
 
     fn complete_direct(
@@ -81,15 +81,15 @@ impl Planner<'_> {
                 light.is_known = found.is_known;
             }
             rounds.passes += more;
-            let random_lx = random_lx(entries, lights, |light| light.direct);
+            let random_error = random_error(entries, lights, |light| light.direct);
             // If indirect light is still missing, its part of the brightness is unknown. The target is computed as if it were 0.
             let share = if matches!(plan.indirect, IndirectPlan::Nothing) { SHARE_OF_ALL } else { SHARE_OF_DIRECT };
-            let goes_on = self.target_lx(entries, lights).is_some_and(|target_lx| random_lx > share * target_lx);
+            let goes_on = self.target(entries, lights).is_some_and(|target| random_error > share * target);
             if !goes_on || rounds.passes >= MOST_PASSES || (self.stop)() {
                 return;
             }
             let rays_of_pass = (took.exact_rays as f64 / now).max(1.0);
-            let excess = self.target_lx(entries, lights).map_or(1.0, |target_lx| random_lx / (share * target_lx));
+            let excess = self.target(entries, lights).map_or(1.0, |target| random_error / (share * target));
             let missing = missing(rounds.passes as f64, excess);
             more = rounds.passes.min((RAYS_OF_ROUND / rays_of_pass) as u64).min(missing as u64).max(1);
         }
@@ -105,7 +105,7 @@ impl Planner<'_> {
         rounds: &mut Rounds,
     ) {
         let none = DirectBy::Rays { first: 0, passes: 0 };
-        let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct));
+        let direct = plan.direct_upper.hypot(random_error(entries, lights, |light| light.direct));
         // Gloss shows many surface points, each of which is a small part of a direction.
         let mut more = match (self.stop)() {
             _ if entries.show_gloss() && !entries.draw_lines_of_sight() => HALVES as u32,
@@ -121,16 +121,15 @@ impl Planner<'_> {
                 light.indirect = joined([before, now], [light.indirect, found.indirect]);
             }
             rounds.walks += more;
-            let random_lx = random_lx(entries, lights, |light| light.indirect);
-            let target_lx = self.target_lx(entries, lights).unwrap_or(f64::INFINITY);
-            let square =
-                ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_INDIRECT * target_lx).powi(2));
-            if random_lx.powi(2) <= square || rounds.walks >= MOST_WALKS || (self.stop)() {
+            let random_error = random_error(entries, lights, |light| light.indirect);
+            let target = self.target(entries, lights).unwrap_or(f64::INFINITY);
+            let square = ((SHARE_OF_ALL * target).powi(2) - direct.powi(2)).max((LEAST_INDIRECT * target).powi(2));
+            if random_error.powi(2) <= square || rounds.walks >= MOST_WALKS || (self.stop)() {
                 return;
             }
             let rays_of_walk = (took.gather.walk_rays as f64 / now).max(1.0);
             let of_round = (RAYS_OF_ROUND / rays_of_walk) as u32;
-            let missing = missing(f64::from(rounds.walks), random_lx / square.sqrt());
+            let missing = missing(f64::from(rounds.walks), random_error / square.sqrt());
             more = rounds.walks.min(of_round).min(missing as u32).max(2).next_multiple_of(2);
         }
     }
@@ -143,6 +142,6 @@ fn missing(samples: f64, excess: f64) -> f64 {
 }
 
 /// Returns the means of two halves over the earlier and the new samples.
-fn joined([before, now]: [f64; 2], [known_lx, found_lx]: [[f64; 2]; 2]) -> [f64; 2] {
-    [0, 1].map(|half| (before * known_lx[half] + now * found_lx[half]) / (before + now))
+fn joined([before, now]: [f64; 2], [known, found]: [[f64; 2]; 2]) -> [f64; 2] {
+    [0, 1].map(|half| (before * known[half] + now * found[half]) / (before + now))
 }

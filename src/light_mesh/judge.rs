@@ -27,7 +27,7 @@ const HALF_BIT: u32 = 31;
 /// runs of twenty none passes that misses it.
 pub const ONE_IN_SIXTY: f64 = 2.128;
 
-/// A mean of squares, in lx², with its standard error.
+/// A mean of squares, in the squared unit of the map's values, with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanSquare {
     /// The mean. Random error can make it negative.
@@ -52,16 +52,16 @@ impl MeanSquare {
         MeanSquare { mean, standard_error: (squares / (count * (count - 1.0).max(1.0))).sqrt(), skewness }
     }
 
-    /// Returns the root in lx; 0 where the mean is negative.
-    pub fn root_lx(&self) -> f64 {
+    /// Returns the root in the unit of the map's values; 0 where the mean is negative.
+    pub fn root(&self) -> f64 {
         self.mean.max(0.0).sqrt()
     }
 
-    /// Returns an upper bound of the root in lx, with the probability of a quantile of the normal distribution. A few products far above
-    /// the others make most means too small, and their standard errors too. The skewness corrects for both.
+    /// Returns an upper bound of the root in the unit of the map's values, with the probability of a quantile of the normal distribution. A
+    /// few products far above the others make most means too small, and their standard errors too. The skewness corrects for both.
     ///
     /// Source: Johnson (1978), "Modified t tests and confidence intervals for asymmetrical populations".
-    pub fn upper_root_lx(&self, quantile: f64) -> f64 {
+    pub fn upper_root(&self, quantile: f64) -> f64 {
         let with_skewness = quantile + self.skewness.max(0.0) * (1.0 + 2.0 * quantile * quantile) / 6.0;
         (self.mean + with_skewness * self.standard_error).max(0.0).sqrt()
     }
@@ -147,7 +147,7 @@ pub fn measure_direct(
             }
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 1);
             let mut rays = 0;
-            let mut half_lx = |half: u64| {
+            let mut half_of = |half: u64| {
                 let mut sum = Traced::default();
                 for sample in 0..samples {
                     let index = ((*entry as u64) << SAMPLE_BITS) | (half * samples + sample);
@@ -157,10 +157,10 @@ pub fn measure_direct(
                 rays += sum.rays;
                 sum.value / samples as f64
             };
-            let first_lx = half_lx(0);
-            let second_lx = if exact { first_lx } else { half_lx(1) };
-            let direct_lx = light.direct_mean();
-            Traced { value: (direct_lx - first_lx) * (direct_lx - second_lx), rays }
+            let first = half_of(0);
+            let second = if exact { first } else { half_of(1) };
+            let direct = light.direct_mean();
+            Traced { value: (direct - first) * (direct - second), rays }
         })
         .collect();
     let products: Vec<f64> = judged.iter().map(|product| product.value).collect();
@@ -176,7 +176,7 @@ pub struct Checked {
     pub walks: u64,
     /// Rays used.
     pub rays: u64,
-    halves_lx: Vec<[f64; 2]>,
+    halves: Vec<[f64; 2]>,
     seed: u64,
     map: u32,
 }
@@ -184,8 +184,8 @@ pub struct Checked {
 impl Checked {
     /// Creates a check of chosen points, without walks yet.
     pub fn of(chosen: Vec<usize>, seed: u64, map: u32) -> Checked {
-        let halves_lx = vec![[0.0; 2]; chosen.len()];
-        Checked { chosen, walks: 0, rays: 0, halves_lx, seed, map }
+        let halves = vec![[0.0; 2]; chosen.len()];
+        Checked { chosen, walks: 0, rays: 0, halves, seed, map }
     }
 
     /// Adds `more` walks in each half. It stops early when the run is ended, but not before the first walks.
@@ -200,13 +200,13 @@ impl Checked {
     fn add_piece(&mut self, around: &Surroundings, entries: &Entries, more: u64) {
         let (done, all) = (self.walks, self.walks + more);
         let (seed, map) = (self.seed, self.map);
-        let places = self.chosen.par_iter().zip(&mut self.halves_lx);
-        let rays = places.map(|(entry, halves_lx)| {
+        let places = self.chosen.par_iter().zip(&mut self.halves);
+        let rays = places.map(|(entry, halves)| {
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 2);
             let mut cut = Cut::default();
             let mut rays = 0;
-            for (half, half_lx) in (0u64..).zip(halves_lx) {
-                let mut sum = Traced { value: done as f64 * *half_lx, rays: 0 };
+            for (half, estimate) in (0u64..).zip(halves) {
+                let mut sum = Traced { value: done as f64 * *estimate, rays: 0 };
                 for walk in done..all {
                     if (around.give_up)() {
                         break;
@@ -216,7 +216,7 @@ impl Checked {
                     sum += sample_indirect(around, entries, *entry, &mut cut, &mut stream);
                 }
                 rays += sum.rays;
-                *half_lx = sum.value / all.max(1) as f64;
+                *estimate = sum.value / all.max(1) as f64;
             }
             rays
         });
@@ -224,17 +224,17 @@ impl Checked {
         self.walks = all;
     }
 
-    /// Returns the mean light of the points in lx.
-    pub fn mean_lx(&self) -> f64 {
-        let count = self.halves_lx.len().max(1) as f64;
-        self.halves_lx.iter().map(|[first, second]| 0.5 * (first + second)).sum::<f64>() / count
+    /// Returns the mean light of the points in the unit of the map's values.
+    pub fn mean(&self) -> f64 {
+        let count = self.halves.len().max(1) as f64;
+        self.halves.iter().map(|[first, second]| 0.5 * (first + second)).sum::<f64>() / count
     }
 
-    /// Returns the variance of one walk from a point in lx², from the difference of the halves. It is the variance of the mean of all walks
-    /// times their number, so it includes the gain from evenly spread walks.
+    /// Returns the variance of one walk from a point in the squared unit of the map's values, from the difference of the halves. It is the
+    /// variance of the mean of all walks times their number, so it includes the gain from evenly spread walks.
     pub fn variance_of_walk(&self) -> f64 {
-        let count = self.halves_lx.len().max(1) as f64;
-        let squares: f64 = self.halves_lx.iter().map(|[first, second]| (first - second).powi(2)).sum();
+        let count = self.halves.len().max(1) as f64;
+        let squares: f64 = self.halves.iter().map(|[first, second]| (first - second).powi(2)).sum();
         0.5 * squares / count * self.walks as f64
     }
 
@@ -250,11 +250,11 @@ impl Checked {
 
     /// Returns the products of this mean, point by point.
     pub fn products(&self, lights: impl Iterator<Item = EntryLight>) -> Vec<f64> {
-        let product = |(light, [first_lx, second_lx]): (EntryLight, &[f64; 2])| {
-            let indirect_lx = light.indirect_mean();
-            (indirect_lx - first_lx) * (indirect_lx - second_lx)
+        let product = |(light, [first, second]): (EntryLight, &[f64; 2])| {
+            let indirect = light.indirect_mean();
+            (indirect - first) * (indirect - second)
         };
-        lights.zip(&self.halves_lx).map(product).collect()
+        lights.zip(&self.halves).map(product).collect()
     }
 }
 
@@ -308,7 +308,7 @@ mod tests {
                 })
                 .collect();
             let mean = MeanSquare::of(&squares);
-            held += u32::from(mean.upper_root_lx(ONE_IN_SIXTY).powi(2) >= 2.98);
+            held += u32::from(mean.upper_root(ONE_IN_SIXTY).powi(2) >= 2.98);
             held_without += u32::from(mean.mean + ONE_IN_SIXTY * mean.standard_error >= 2.98);
         }
         assert!(held >= 1770, "{held} of 2000 hold");

@@ -97,8 +97,8 @@ pub struct MapPlan<'a> {
     pub indirect: IndirectPlan<'a>,
     /// Walks in each half for the last check of indirect light.
     pub check_walks: u64,
-    /// Upper bound of the mesh's error in direct light with 95% probability, in lx; 0 for shadow rays.
-    pub direct_upper_lx: f64,
+    /// Upper bound of the mesh's error in direct light with 95% probability, in the unit of the map's values; 0 for shadow rays.
+    pub direct_upper: f64,
     /// Work so far.
     pub effort: Effort,
     /// Rays of checks so far.
@@ -140,7 +140,7 @@ impl<'a> Planner<'a> {
             direct: DirectPlan::Rays(Why::Dark),
             indirect: IndirectPlan::Nothing,
             check_walks: FIRST_CHECK_WALKS,
-            direct_upper_lx: 0.0,
+            direct_upper: 0.0,
             effort: Effort::default(),
             check_rays: 0,
         };
@@ -158,7 +158,7 @@ impl<'a> Planner<'a> {
         match target_error {
             Some(target_error) if reflects => {
                 let checked = self.pilot(entries, map, &mut plan);
-                self.plan_direct(entries, map, Some(target_error), checked.mean_lx(), &mut plan);
+                self.plan_direct(entries, map, Some(target_error), checked.mean(), &mut plan);
                 self.plan_indirect(entries, map, target_error, checked, &mut plan);
             }
             Some(_) => self.plan_direct(entries, map, target_error, 0.0, &mut plan),
@@ -184,7 +184,7 @@ impl<'a> Planner<'a> {
         entries: &Entries,
         map: u32,
         target_error: Option<f64>,
-        indirect_lx: f64,
+        indirect: f64,
         plan: &mut MapPlan<'a>,
     ) {
         let share = if self.around.world.reflects() { SHARE_OF_DIRECT } else { SHARE_OF_ALL };
@@ -220,20 +220,20 @@ impl<'a> Planner<'a> {
                 PLANNING + map,
             );
             plan.effort += effort;
-            let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean));
+            let mean = indirect + mean(lights.iter().map(EntryLight::direct_mean));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
             let samples = samples_until(entries, self.stop);
             let (measured, _) =
                 measure_direct(&self.around, entries, &pairs, samples, self.wishes.seed, PLANNING + map);
             plan.check_rays += measured.rays;
-            plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);
-            let error = plan.direct_upper_lx / mean_lx.max(f64::MIN_POSITIVE);
+            plan.direct_upper = measured.direct.upper_root(ONE_IN_SIXTY);
+            let error = plan.direct_upper / mean.max(f64::MIN_POSITIVE);
             // A target was given, so the user's step is refused if its error is too large.
             if error <= share * target_error || (self.stop)() {
                 plan.direct = DirectPlan::Mesh(Box::new(mesh));
                 return;
             }
-            plan.direct_upper_lx = 0.0;
+            plan.direct_upper = 0.0;
             if given_m.is_some() {
                 plan.direct = DirectPlan::Rays(Why::StepMisses(error));
                 return;

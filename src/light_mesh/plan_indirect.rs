@@ -49,8 +49,8 @@ struct Trial<'a> {
     mesh: IndirectMesh<'a>,
     /// Light of the checked points from the mesh.
     lights: Vec<EntryLight>,
-    /// Squared random error from its walks, in lx².
-    of_chance_lx2: f64,
+    /// Squared random error from its walks, in the squared unit of the map's values.
+    of_chance: f64,
     /// Number of mesh points at which light was gathered.
     points: f64,
     /// Rays of one walk from one mesh point.
@@ -60,31 +60,32 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Returns the squared error from the step, in lx², and its standard error.
+    /// Returns the squared error from the step, in the squared unit of the map's values, and its standard error.
     fn of_step(&self, checked: &Checked) -> (f64, f64) {
         let measured = checked.compare(self.lights.iter().copied());
-        ((measured.mean - self.of_chance_lx2).max(0.0), measured.standard_error)
+        ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
     }
 
-    /// Returns the walks from each mesh point that keep the random error within its part of the allowed squared error in lx².
+    /// Returns the walks from each mesh point that keep the random error within its part of the allowed squared error.
     fn walks_needed(&self, allowed: f64) -> u32 {
-        let needed = f64::from(self.mesh.gathering.walks) * self.of_chance_lx2 / (SHARE_OF_CHANCE * allowed);
+        let needed = f64::from(self.mesh.gathering.walks) * self.of_chance / (SHARE_OF_CHANCE * allowed);
         (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2)
     }
 }
 
 impl Planner<'_> {
-    /// Returns the squared error from the step of a trial, in lx², for comparison with its limit `most`. If the check has the larger random
-    /// error, it gets more walks. `None` if the result stays uncertain because the mesh has the larger random error.
-    fn measured_step_lx2(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
+    /// Returns the squared error from the step of a trial, in the squared unit of the map's values, for comparison with its limit `most`. If
+    /// the check has the larger random error, it gets more walks. `None` if the result stays uncertain because the mesh has the larger
+    /// random error.
+    fn measured_step(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
         loop {
             let (of_step, standard_error) = trial.of_step(checked);
             let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
             let of_check = checked.variance_of_walk() / checked.walks as f64;
-            let asks_more = !is_clear && of_check > trial.of_chance_lx2.max(LITTLE * most);
+            let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
             if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
                 let walks = trial.mesh.gathering.walks;
-                let is_reported = is_clear || walks >= WALKS[1] || trial.of_chance_lx2 < LITTLE * most;
+                let is_reported = is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most;
                 return is_reported.then_some(of_step);
             }
             checked.add(&self.around, entries, checked.walks, self.stop);
@@ -131,7 +132,7 @@ impl<'a> Planner<'a> {
         mut checked: Checked,
         plan: &mut MapPlan<'a>,
     ) {
-        let allowed = self.allowed_indirect_lx(entries, map, target_error, &checked, plan).powi(2);
+        let allowed = self.allowed_indirect(entries, map, target_error, &checked, plan).powi(2);
         let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
         let walks_of_places = (checked.variance_of_walk() / allowed.max(f64::MIN_POSITIVE)).max(16.0);
         let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
@@ -174,7 +175,7 @@ impl<'a> Planner<'a> {
             rays_per_walk = trial.rays_per_walk;
             let most = SHARE_OF_STEP * allowed;
             let (rays_before, walks_before) = (checked.rays, checked.walks);
-            let of_step = self.measured_step_lx2(entries, &trial, &mut checked, most);
+            let of_step = self.measured_step(entries, &trial, &mut checked, most);
             spent += (checked.rays - rays_before) as f64;
             plan.check_rays += checked.rays - rays_before;
             if (checked.rays, checked.walks) != (rays_before, walks_before) {
@@ -203,7 +204,7 @@ impl<'a> Planner<'a> {
                 break;
             }
             if is_requested {
-                let error = of_step.sqrt() / self.whole_lx(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
+                let error = of_step.sqrt() / self.whole_light(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
                 plan.indirect = IndirectPlan::Walks(Why::StepMisses(error));
                 return;
             }
@@ -221,8 +222,8 @@ impl<'a> Planner<'a> {
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
     }
 
-    /// Returns the allowed error of indirect light in lx: the part that direct light leaves.
-    fn allowed_indirect_lx(
+    /// Returns the allowed error of indirect light in the unit of the map's values: the part that direct light leaves.
+    fn allowed_indirect(
         &self,
         entries: &Entries,
         map: u32,
@@ -230,25 +231,25 @@ impl<'a> Planner<'a> {
         checked: &Checked,
         plan: &mut MapPlan,
     ) -> f64 {
-        let target_lx = target_error * self.whole_lx(entries, map, checked, plan);
-        let of_direct_lx = match plan.direct {
-            DirectPlan::Mesh(_) => plan.direct_upper_lx,
+        let target = target_error * self.whole_light(entries, map, checked, plan);
+        let of_direct = match plan.direct {
+            DirectPlan::Mesh(_) => plan.direct_upper,
             DirectPlan::Rays(Why::Dark) => 0.0,
             DirectPlan::Rays(_) if self.rays_are_exact(entries) => 0.0,
-            DirectPlan::Rays(_) => SHARE_OF_DIRECT * target_lx,
+            DirectPlan::Rays(_) => SHARE_OF_DIRECT * target,
         };
-        let square = (SHARE_OF_ALL * target_lx).powi(2) - of_direct_lx.powi(2);
-        square.max((LEAST_INDIRECT * target_lx).powi(2)).sqrt()
+        let square = (SHARE_OF_ALL * target).powi(2) - of_direct.powi(2);
+        square.max((LEAST_INDIRECT * target).powi(2)).sqrt()
     }
 
-    /// Returns the mean of all light in lx, from few shadow rays and from walks of the checked points.
-    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut MapPlan) -> f64 {
+    /// Returns the mean of all light in the unit of the map's values, from few shadow rays and from walks of the checked points.
+    fn whole_light(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut MapPlan) -> f64 {
         let by_rays = DirectBy::Rays { first: 0, passes: 1 };
         let (seed, map) = (self.wishes.seed, PLANNING + map);
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &by_rays, &IndirectBy::Nothing, seed, map);
         plan.effort += effort;
-        checked.mean_lx() + mean(lights.iter().map(EntryLight::direct_mean))
+        checked.mean() + mean(lights.iter().map(EntryLight::direct_mean))
     }
 
     /// Gathers light for the checked points and compares.
@@ -266,13 +267,13 @@ impl<'a> Planner<'a> {
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
-        let of_chance_lx2 = mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
+        let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect[0] - light.indirect[1]).powi(2)));
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
         let rays_per_walk = effort.gather.walk_rays as f64 / walks.max(1.0);
         Some(Trial {
             mesh,
             lights,
-            of_chance_lx2,
+            of_chance,
             rays_per_walk,
             points: effort.gather.points as f64,
             rays: effort.rays() as f64,
@@ -285,7 +286,7 @@ impl<'a> Planner<'a> {
         let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
         let mut checked = self.pilot(entries, map, plan);
         self.add_to_pilot(entries, &mut checked, plan);
-        let quiet = (QUIET * checked.mean_lx()).powi(2);
+        let quiet = (QUIET * checked.mean()).powi(2);
         let mut gathering = Gathering { step_m, radius_m: ratio * step_m, walks: FIRST_WALKS, form: self.wishes.form };
         let rays_of_one = points_needed(entries, step_m, ratio * step_m) * checked.rays_per_walk();
         let affordable =
@@ -294,10 +295,10 @@ impl<'a> Planner<'a> {
         gathering.walks = FIRST_WALKS.min(most);
         while gathering.walks < most && !(self.stop)() {
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
-            if trial.of_chance_lx2 <= quiet {
+            if trial.of_chance <= quiet {
                 break;
             }
-            gathering.walks = more_walks(gathering.walks, trial.of_chance_lx2 / quiet).min(most);
+            gathering.walks = more_walks(gathering.walks, trial.of_chance / quiet).min(most);
         }
         plan.check_walks = FIRST_CHECK_WALKS.max(u64::from(gathering.walks / 4)).min(MOST_CHECK_WALKS);
         let mesh = IndirectMesh::new(self.around, entries, gathering, self.wishes.seed, self.stop);
@@ -313,7 +314,7 @@ impl<'a> Planner<'a> {
 fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f64) -> IndirectPlan<'a> {
     let known = (trial.points / points.max(1.0)).min(1.0);
     let times = f64::from(walks) / f64::from(HURRIED_WALKS);
-    let of_mesh = trial.of_step(checked).0 + trial.of_chance_lx2 * (known + (1.0 - known) * times.max(1.0));
+    let of_mesh = trial.of_step(checked).0 + trial.of_chance * (known + (1.0 - known) * times.max(1.0));
     if of_mesh < checked.variance_of_walk() / f64::from(HURRIED_PLACE_WALKS) {
         IndirectPlan::Mesh(Box::new(trial.mesh))
     } else {

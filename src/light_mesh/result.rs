@@ -10,7 +10,7 @@ use super::judge::{
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::samples::Samples;
-use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of, mean_lx, random_lx};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of, mean_value, random_error};
 use crate::control::ONE_IN_TWENTY;
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, grid_places, grid_slopes, stated_row,
@@ -179,7 +179,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Builds the map and its upper error. `squares` returns the mean square error of a point's kind, in lx².
+    /// Builds the map and its upper error. `squares` returns the mean square error of a point's kind, in the squared unit of the map's values.
     fn map_of(
         &self,
         entries: &Entries,
@@ -188,31 +188,31 @@ impl Planner<'_> {
         squares: impl Fn(&EntryLight) -> f64,
         by_mesh: bool,
     ) -> (MapResult, f64) {
-        let mean_lx = mean_lx(entries, lights);
-        let halves_lx = random_lx(entries, lights, EntryLight::halves);
+        let mean_value = mean_value(entries, lights);
+        let halves = random_error(entries, lights, EntryLight::halves);
         // The measured error includes the noise of a mesh's walks, but not the noise of rays and walks from the receiver points. With k
         // points, each with an independent difference, the estimate of that noise is too small by this factor in one case in twenty.
         let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
         let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
-        let of_places_lx = if measured.indirect == MeanSquare::default() {
-            short * halves_lx
+        let of_places = if measured.indirect == MeanSquare::default() {
+            short * halves
         } else {
-            short * random_lx(entries, lights, |light| light.direct)
+            short * random_error(entries, lights, |light| light.direct)
         };
-        let random_lx = halves_lx.max(of_places_lx);
+        let random_error = halves.max(of_places);
         let total = measured.total();
         // An interrupted check may be too small by chance. If it is uncertain, its standard error is added to the stated error.
         let unsure = if total.standard_error > MOST_UNSURE * total.mean { total.standard_error } else { 0.0 };
-        let whole = total.mean.max(0.0) + unsure + of_places_lx.powi(2);
-        let estimated_lx = whole.max(random_lx.powi(2)).sqrt();
-        let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        let upper_lx = total.upper_root_lx(ONE_IN_SIXTY).hypot(of_places_lx).max(estimated_lx);
-        let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
+        let whole = total.mean.max(0.0) + unsure + of_places.powi(2);
+        let estimated = whole.max(random_error.powi(2)).sqrt();
+        let bias = (estimated.powi(2) - random_error.powi(2)).max(0.0).sqrt();
+        let upper = total.upper_root(ONE_IN_SIXTY).hypot(of_places).max(estimated);
+        let relative = |lx: f64| if mean_value > 0.0 { lx / mean_value } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
                 return 0.0;
             }
-            (squares(light) + of_places_lx.powi(2)).sqrt()
+            (squares(light) + of_places.powi(2)).sqrt()
         };
         let is_counted = |entry: usize| entries.weights[entry] > 0.0;
         let entry_values = || lights.iter().enumerate();
@@ -226,11 +226,11 @@ impl Planner<'_> {
             ..MapValues::default()
         };
         let error = MapError {
-            random: relative(random_lx),
-            bias: relative(bias_lx),
-            estimated: relative(estimated_lx),
+            random: relative(random_error),
+            bias: relative(bias),
+            estimated: relative(estimated),
             degrees_of_freedom: 0.0,
-            dark_upper_bound_lx: None,
+            dark_upper_bound: None,
             ..MapError::default()
         };
         let scene = self.around.scene;
@@ -263,7 +263,7 @@ impl Planner<'_> {
             checks: Vec::new(),
             tables,
         };
-        (map, relative(upper_lx))
+        (map, relative(upper))
     }
 }
 
@@ -289,8 +289,8 @@ fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weight
             let weights = pick(weights);
             let stated = StatedValues::of(&part, &weights, 0..of_side.len());
             let grid = evaluation_grid(scene, elements, id as u32, side, |_| (1.0, 1.0), ElementSizes::Fine);
-            let halves_lx = |entry: usize| [values.value[entry]; 2];
-            let slopes = |grid: &EvaluationGrid| grid_slopes(scene, elements, &of_side, grid, |_| true, halves_lx);
+            let halves = |entry: usize| [values.value[entry]; 2];
+            let slopes = |grid: &EvaluationGrid| grid_slopes(scene, elements, &of_side, grid, |_| true, halves);
             let (area_m2, places) = (weights.iter().sum(), grid_places(values, grid.as_ref(), slopes));
             rows.push(stated_row(&surface.name, TableKind::Surface, side.name(), area_m2, &stated, &places));
         }

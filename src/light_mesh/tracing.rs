@@ -124,15 +124,14 @@ pub fn light_of(
                     return light;
                 }
                 if let DirectBy::Rays { first, passes } = direct {
-                    let (halves_lx, rays) = by_rays(around, entries, *entry, [*first, *passes], seed, map);
-                    light.direct = halves_lx;
+                    let (halves, rays) = by_rays(around, entries, *entry, [*first, *passes], seed, map);
+                    light.direct = halves;
                     exact_rays += rays;
                 }
                 if entries.draw_lines_of_sight() {
                     if let IndirectBy::Walks(walks) = indirect {
-                        let (halves_lx, rays) =
-                            walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
-                        light.indirect = halves_lx;
+                        let (halves, rays) = walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
+                        light.indirect = halves;
                         gather.counts.walk_rays += rays;
                     }
                     return light;
@@ -156,7 +155,7 @@ pub fn light_of(
                             DirectBy::Rays { .. } => {}
                         }
                         let place = entries.place_number(*entry, number);
-                        let here_lx = match indirect {
+                        let here = match indirect {
                             IndirectBy::Nothing => [0.0; 2],
                             IndirectBy::Mesh(mesh) => {
                                 let (lx, set) = mesh.indirect_lx(receiver, place, &mut gather);
@@ -170,7 +169,7 @@ pub fn light_of(
                                 lx
                             }
                         };
-                        light.indirect = [0, 1].map(|half| light.indirect[half] + weight * here_lx[half]);
+                        light.indirect = [0, 1].map(|half| light.indirect[half] + weight * here[half]);
                         number += 1;
                     });
                 });
@@ -200,7 +199,7 @@ fn by_rays(
 ) -> ([f64; 2], u64) {
     let mut rays = 0;
     let one_half = light_samples_are_exact(around.world) && !entries.are_means() && !entries.draw_lines_of_sight();
-    let mut half_lx = |half: u64| {
+    let mut half_of = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum = Traced::default();
         for pass in first..first + passes {
@@ -217,9 +216,9 @@ fn by_rays(
         rays += sum.rays;
         sum.value / passes.max(1) as f64
     };
-    let first_lx = half_lx(0);
-    let second_lx = if one_half { first_lx } else { half_lx(1) };
-    ([first_lx, second_lx], rays)
+    let first_half = half_of(0);
+    let second_half = if one_half { first_half } else { half_of(1) };
+    ([first_half, second_half], rays)
 }
 
 fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -> f64) -> f64 {
@@ -228,16 +227,16 @@ fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-/// Returns the weighted mean illuminance over the entries, in lx.
-pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
+/// Returns the weighted mean over the entries, in the unit of the map's values.
+pub(super) fn mean_value(entries: &Entries, lights: &[EntryLight]) -> f64 {
     weighted(entries, lights, |light| light.direct_mean() + light.indirect_mean())
 }
 
-/// Returns the random error in lx, from the difference of the two halves.
-pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
+/// Returns the random error in the unit of the map's values, from the difference of the two halves.
+pub(super) fn random_error(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
     let square = |light: &EntryLight| {
-        let [even_lx, odd_lx] = halves(light);
-        (even_lx - odd_lx).powi(2)
+        let [even, odd] = halves(light);
+        (even - odd).powi(2)
     };
     0.5 * weighted(entries, lights, square).sqrt()
 }

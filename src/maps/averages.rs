@@ -7,7 +7,7 @@ use super::residual_state::SURE;
 use super::residuals::within_halves;
 use super::{CellsError, HALF, REPLICAS, Residuals};
 
-/// What walks measure of an average after corrections. Squares are in lx².
+/// What walks measure of an average after corrections, in the unit of the map's values and its square.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RemainingInAverage {
     /// Weight of all elements or points of the average, and of those with walks.
@@ -15,14 +15,14 @@ pub struct RemainingInAverage {
     walked_weight: f64,
     /// Squared mean of the error that walks still find, minus the variance of this mean (docs/methods.md (39)). It can be negative by
     /// chance.
-    squared_lx2: f64,
+    squared: f64,
     /// Variance of that mean, from the spread within the halves.
-    chance_lx2: f64,
-    /// Mean uncertainty of the cells (relative to the map), and mean of the remaining error at each element or point in lx.
+    chance: f64,
+    /// Mean uncertainty of the cells (relative to the map), and mean of the remaining error at each element or point.
     unsure: f64,
-    by_site_lx: f64,
+    by_site: f64,
     /// Squared error from elements or points without walks, which those with walks have to represent.
-    unseen_lx2: f64,
+    unseen: f64,
 }
 
 impl RemainingInAverage {
@@ -33,60 +33,60 @@ impl RemainingInAverage {
         sites: impl Iterator<Item = (usize, f64)>,
     ) -> RemainingInAverage {
         let mut remaining = RemainingInAverage::default();
-        let (mut sums_lx, mut walkers, mut by_site_lx2) = ([0.0; REPLICAS], 0.0, 0.0);
+        let (mut sums, mut walkers, mut by_site_squared) = ([0.0; REPLICAS], 0.0, 0.0);
         for (site, weight) in sites.filter(|(_, weight)| *weight > 0.0) {
             remaining.weight += weight;
             remaining.unsure += weight * residuals.unsure(site);
-            remaining.by_site_lx += weight * error.by_site[site];
-            by_site_lx2 += weight * error.by_site[site].powi(2);
+            remaining.by_site += weight * error.by_site[site];
+            by_site_squared += weight * error.by_site[site].powi(2);
             if residuals.has_walked(site) {
                 remaining.walked_weight += weight;
                 walkers += 1.0;
-                for (replica, sum_lx) in sums_lx.iter_mut().enumerate() {
-                    *sum_lx += weight * residuals.remaining_lx(replica, site);
+                for (replica, sum) in sums.iter_mut().enumerate() {
+                    *sum += weight * residuals.remaining_in(replica, site);
                 }
             }
         }
         let whole = remaining.weight.max(f64::MIN_POSITIVE);
-        (remaining.unsure, remaining.by_site_lx) = (remaining.unsure / whole, remaining.by_site_lx / whole);
+        (remaining.unsure, remaining.by_site) = (remaining.unsure / whole, remaining.by_site / whole);
         if remaining.walked_weight > 0.0 {
-            let means_lx = sums_lx.map(|sum_lx| sum_lx / remaining.walked_weight);
-            let mean_lx = means_lx.iter().sum::<f64>() / REPLICAS as f64;
-            remaining.chance_lx2 = within_halves(|replica| means_lx[replica]);
-            remaining.squared_lx2 = mean_lx * mean_lx - remaining.chance_lx2;
-            remaining.unseen_lx2 = (1.0 - remaining.walked_weight / whole).max(0.0) * by_site_lx2 / whole / walkers;
+            let means = sums.map(|sum| sum / remaining.walked_weight);
+            let mean = means.iter().sum::<f64>() / REPLICAS as f64;
+            remaining.chance = within_halves(|replica| means[replica]);
+            remaining.squared = mean * mean - remaining.chance;
+            remaining.unseen = (1.0 - remaining.walked_weight / whole).max(0.0) * by_site_squared / whole / walkers;
         }
         remaining
     }
 
-    /// Returns the variance of `squared_lx2`.
-    fn variance_lx4(&self) -> f64 {
+    /// Returns the variance of `squared`.
+    fn variance(&self) -> f64 {
         let of_spread = HALF as f64 / (HALF - 1) as f64;
-        2.0 * of_spread * self.chance_lx2 * self.chance_lx2 + 4.0 * self.squared_lx2.max(0.0) * self.chance_lx2
+        2.0 * of_spread * self.chance * self.chance + 4.0 * self.squared.max(0.0) * self.chance
     }
 }
 
-/// Returns the remaining error of the cells in each average of a map, in lx.
+/// Returns the remaining error of the cells in each average of a map, in the unit of its values.
 ///
 /// All averages together give the remaining error for cells of the usual uncertainty. Half a standard error is added, as for the map's own
 /// error. If an average's own walks show more, beyond their standard error, that larger value counts. The error of an average without walks
 /// can be as large as the mean error of its own elements or points.
-pub fn remaining_lx_by_average(averages: &[RemainingInAverage]) -> Vec<f64> {
+pub fn remaining_by_average(averages: &[RemainingInAverage]) -> Vec<f64> {
     let walked = || averages.iter().filter(|average| average.walked_weight > 0.0);
     let sum = |of: &dyn Fn(&RemainingInAverage) -> f64| walked().map(of).sum::<f64>();
     let units = sum(&|average| average.weight * average.unsure * average.unsure).max(f64::MIN_POSITIVE);
-    let common = sum(&|average| average.weight * average.squared_lx2) / units;
-    let sure = SURE * sum(&|average| average.weight * average.weight * average.variance_lx4()).sqrt() / units;
+    let common = sum(&|average| average.weight * average.squared) / units;
+    let sure = SURE * sum(&|average| average.weight * average.weight * average.variance()).sqrt() / units;
     let common = (common + sure).max(0.0);
-    let remaining_lx = |average: &RemainingInAverage| {
-        let usual_lx2 = common * average.unsure * average.unsure;
+    let remaining = |average: &RemainingInAverage| {
+        let usual = common * average.unsure * average.unsure;
         if average.walked_weight <= 0.0 {
-            return usual_lx2.sqrt().max(average.by_site_lx);
+            return usual.sqrt().max(average.by_site);
         }
-        let own_lx2 = average.squared_lx2 - average.variance_lx4().sqrt();
-        (usual_lx2.max(own_lx2) + average.unseen_lx2).sqrt()
+        let own = average.squared - average.variance().sqrt();
+        (usual.max(own) + average.unseen).sqrt()
     };
-    averages.iter().map(remaining_lx).collect()
+    averages.iter().map(remaining).collect()
 }
 
 #[cfg(test)]
@@ -134,7 +134,7 @@ mod tests {
             let sites = |row: usize| (row * SITES..(row + 1) * SITES).map(|site| (site, 1.0));
             let averages: Vec<RemainingInAverage> =
                 (0..ROWS).map(|row| RemainingInAverage::of(residuals, error, sites(row))).collect();
-            for (row, remaining_lx) in remaining_lx_by_average(&averages).into_iter().enumerate() {
+            for (row, remaining_lx) in remaining_by_average(&averages).into_iter().enumerate() {
                 let average_lx =
                     |replica: usize| sites(row).map(|(site, _)| map.value(replica, site)).sum::<f64>() / SITES as f64;
                 let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
@@ -166,15 +166,15 @@ mod tests {
         let usual = RemainingInAverage {
             weight: 1.0,
             walked_weight: 1.0,
-            squared_lx2: 1.0,
-            chance_lx2: 0.1,
+            squared: 1.0,
+            chance: 0.1,
             unsure: 1.0,
-            by_site_lx: 3.0,
-            unseen_lx2: 0.0,
+            by_site: 3.0,
+            unseen: 0.0,
         };
-        let far = RemainingInAverage { weight: 1e-3, squared_lx2: 400.0, ..usual };
-        let silent = RemainingInAverage { walked_weight: 0.0, squared_lx2: 0.0, chance_lx2: 0.0, ..usual };
-        let [one, other, without] = remaining_lx_by_average(&[usual, far, silent])[..] else { unreachable!("three") };
+        let far = RemainingInAverage { weight: 1e-3, squared: 400.0, ..usual };
+        let silent = RemainingInAverage { walked_weight: 0.0, squared: 0.0, chance: 0.0, ..usual };
+        let [one, other, without] = remaining_by_average(&[usual, far, silent])[..] else { unreachable!("three") };
         assert!(
             (1.0..1.5).contains(&one) && (18.0..20.0).contains(&other) && without == 3.0,
             "{one} {other} {without}"

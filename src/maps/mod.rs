@@ -17,7 +17,7 @@ mod scores;
 mod stated;
 mod tables;
 
-pub use averages::{RemainingInAverage, remaining_lx_by_average};
+pub use averages::{RemainingInAverage, remaining_by_average};
 pub use children::ChildElement;
 pub use daylight::{ComponentMeans, DaylightFactors, NO_SKY_PERCENT, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};

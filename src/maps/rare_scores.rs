@@ -19,44 +19,44 @@ const MOST_SKEWNESS: f64 = 1.5;
 /// three scores. A Poisson variable of mean three is 0 once in twenty times.
 const MISSING_SCORES: f64 = 2.0;
 
-/// Moments of one entry's replicas.
+/// Moments of one entry's replicas, in the unit of the map's values and its powers.
 pub(super) struct Spread {
-    /// Indirect part of the entry in lx.
-    scale_lx: f64,
-    /// Third central moment of a replica times the indirect part, in lx⁴, unbiased.
-    third_lx4: f64,
-    /// Squared variance of a replica in lx⁴, unbiased.
-    fourth_lx4: f64,
-    /// Variance of the mean of the indirect part, in lx².
-    indirect_lx2: f64,
+    /// Indirect part of the entry.
+    scale: f64,
+    /// Third central moment of a replica times the indirect part, unbiased.
+    third: f64,
+    /// Squared variance of a replica, unbiased.
+    fourth: f64,
+    /// Variance of the mean of the indirect part.
+    variance: f64,
 }
 
 impl Spread {
-    /// Computes the moments from an entry's value and indirect part in lx in every replica. Products of even and odd replicas are unbiased,
+    /// Computes the moments from an entry's value and indirect part in every replica. Products of even and odd replicas are unbiased,
     /// since these replicas are independent.
-    pub fn of(value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
+    pub fn of(value: impl Fn(usize) -> f64, indirect: impl Fn(usize) -> f64) -> Spread {
         let halves = [0, 1].map(|parity| {
             let replicas = || (parity..REPLICAS).step_by(2);
             let mean = |of: &dyn Fn(usize) -> f64| replicas().map(of).sum::<f64>() / HALF as f64;
-            let mean_lx = mean(&value_lx);
-            let power = |power: i32| mean(&|replica| (value_lx(replica) - mean_lx).powi(power));
+            let center = mean(&value);
+            let power = |power: i32| mean(&|replica| (value(replica) - center).powi(power));
             let n = HALF as f64;
-            (mean(&indirect_lx), power(2) * n / (n - 1.0), power(3) * n * n / ((n - 1.0) * (n - 2.0)))
+            (mean(&indirect), power(2) * n / (n - 1.0), power(3) * n * n / ((n - 1.0) * (n - 2.0)))
         });
-        let [(even_lx, even_variance, even_third), (odd_lx, odd_variance, odd_third)] = halves;
+        let [(even, even_variance, even_third), (odd, odd_variance, odd_third)] = halves;
         Spread {
-            scale_lx: 0.5 * (even_lx + odd_lx),
-            third_lx4: 0.5 * (even_third * odd_lx + odd_third * even_lx),
-            fourth_lx4: even_variance * odd_variance,
-            indirect_lx2: within_halves(indirect_lx),
+            scale: 0.5 * (even + odd),
+            third: 0.5 * (even_third * odd + odd_third * even),
+            fourth: even_variance * odd_variance,
+            variance: within_halves(indirect),
         }
     }
 
-    /// Returns the contribution of one score to the mean, in lx. Scores of one size have a variance of that size times their mean. An entry
+    /// Returns the contribution of one score to the mean. Scores of one size have a variance of that size times their mean. An entry
     /// of less than one score is taken as one score.
-    fn score_lx(&self) -> f64 {
-        let error_lx = self.indirect_lx2.sqrt();
-        if self.scale_lx > error_lx { self.indirect_lx2 / self.scale_lx } else { error_lx }
+    fn score(&self) -> f64 {
+        let error = self.variance.sqrt();
+        if self.scale > error { self.variance / self.scale } else { error }
     }
 }
 
@@ -69,29 +69,29 @@ impl Spread {
 pub struct RareScores {
     /// Skewness of a mean divided by its relative standard error.
     skewness: f64,
-    /// Contribution of one score to a mean in lx: for entries with scores, and for entries without.
-    score_lx: f64,
-    unseen_score_lx: f64,
+    /// Contribution of one score to a mean, in the unit of the map's values: for entries with scores, and for entries without.
+    score: f64,
+    unseen_score: f64,
 }
 
 impl RareScores {
     /// Computes the skewness of a map with these entries.
     pub(super) fn of(spreads: &[Spread]) -> RareScores {
         let (mut thirds, mut fourths) = (0.0, 0.0);
-        for spread in spreads.iter().filter(|spread| spread.scale_lx > 0.0) {
-            thirds += spread.third_lx4 / spread.scale_lx.powi(3);
-            fourths += spread.fourth_lx4 / spread.scale_lx.powi(3);
+        for spread in spreads.iter().filter(|spread| spread.scale > 0.0) {
+            thirds += spread.third / spread.scale.powi(3);
+            fourths += spread.fourth / spread.scale.powi(3);
         }
         let skewness = if fourths > 0.0 { (thirds / fourths).max(0.0) } else { 0.0 };
         RareScores { skewness, ..RareScores::default() }
     }
 
-    /// Returns the same statistics with the size of missing scores, for a map whose scores are in lx. `unseen`: an entry without scores is
-    /// not certain to be dark.
+    /// Returns the same statistics with the size of missing scores, for a map whose scores are in the unit of its values.
+    /// `unseen`: an entry without scores is not certain to be dark.
     pub(super) fn with_missing(self, spreads: &[Spread], unseen: bool) -> RareScores {
-        let lit = || spreads.iter().filter(|spread| spread.indirect_lx2 > 0.0);
-        let score_lx = lit().map(Spread::score_lx).sum::<f64>() / lit().count().max(1) as f64;
-        RareScores { score_lx, unseen_score_lx: if unseen { score_lx } else { 0.0 }, ..self }
+        let lit = || spreads.iter().filter(|spread| spread.variance > 0.0);
+        let score = lit().map(Spread::score).sum::<f64>() / lit().count().max(1) as f64;
+        RareScores { score, unseen_score: if unseen { score } else { 0.0 }, ..self }
     }
 
     /// Returns the error bar of a mean, from the standard error that its replicas' spread gives and from its indirect part.
@@ -99,11 +99,11 @@ impl RareScores {
     /// Source: docs/methods.md (9).
     pub(super) fn bar(self, spread: f64, indirect: f64) -> f64 {
         if indirect <= 0.0 {
-            return spread.hypot(MISSING_SCORES.sqrt() * self.unseen_score_lx);
+            return spread.hypot(MISSING_SCORES.sqrt() * self.unseen_score);
         }
         let skewness = (self.skewness * spread / indirect).min(MOST_SKEWNESS);
         let widened = spread * (1.0 + PER_SQUARED_SKEWNESS * skewness * skewness);
-        widened.hypot(MISSING_SCORES.sqrt() * self.score_lx)
+        widened.hypot(MISSING_SCORES.sqrt() * self.score)
     }
 }
 
@@ -146,10 +146,10 @@ mod tests {
                 .collect();
             let skewed = RareScores::of(&spreads);
             for (spread, values) in spreads.iter().zip(&entries) {
-                let deviation = (spread.scale_lx - truth).abs();
+                let deviation = (spread.scale - truth).abs();
                 let error = standard_error(|replica| values[replica]);
                 held[0] += f64::from(u8::from(deviation <= T * error));
-                held[1] += f64::from(u8::from(deviation <= T * skewed.bar(error, spread.scale_lx)));
+                held[1] += f64::from(u8::from(deviation <= T * skewed.bar(error, spread.scale)));
             }
         }
         held.map(|count| count / 40_000.0)
@@ -198,8 +198,8 @@ mod tests {
             let skewed = RareScores::of(&spreads);
             for (held, rare) in held.iter_mut().zip([skewed.with_missing(&spreads, true), skewed]) {
                 for number in (0..60).step_by(3) {
-                    let deviation = (spreads[number].scale_lx - 5.0 * mean_count / REPLICAS as f64).abs();
-                    *held += f64::from(u8::from(deviation <= T * rare.bar(errors[number], spreads[number].scale_lx)));
+                    let deviation = (spreads[number].scale - 5.0 * mean_count / REPLICAS as f64).abs();
+                    *held += f64::from(u8::from(deviation <= T * rare.bar(errors[number], spreads[number].scale)));
                 }
             }
         }

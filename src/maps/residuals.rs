@@ -96,15 +96,15 @@ impl CellsError {
     }
 
     fn remaining_at([remaining, expected]: [RemainingError; 2], profile: &[f64], measured: Measured) -> CellsError {
-        let remaining_lx = (expected.common + expected.chance).sqrt();
-        CellsError { remaining, measured, by_site: profile.iter().map(|unsure| remaining_lx * unsure).collect() }
+        let root = (expected.common + expected.chance).sqrt();
+        CellsError { remaining, measured, by_site: profile.iter().map(|unsure| root * unsure).collect() }
     }
 
     /// Returns the uncertainty of the cells at each entry, divided by its root mean square.
     pub fn profile(&self) -> Vec<f64> {
         let expected = self.measured.remaining(0.0);
-        let remaining_lx = (expected.common + expected.chance).sqrt();
-        let unsure = |lx: &f64| if remaining_lx > 0.0 { lx / remaining_lx } else { 1.0 };
+        let root = (expected.common + expected.chance).sqrt();
+        let unsure = |error: &f64| if root > 0.0 { error / root } else { 1.0 };
         self.by_site.iter().map(unsure).collect()
     }
 
@@ -242,8 +242,8 @@ impl Residuals {
         self.walks > 0 && self.walkers[site]
     }
 
-    /// Returns the error in lx that the walks of an element or point still find in a replica after correction.
-    pub fn remaining_lx(&self, replica: usize, site: usize) -> f64 {
+    /// Returns the error that the walks of an element or point still find in a replica after correction, in the unit of the map's values.
+    pub fn remaining_in(&self, replica: usize, site: usize) -> f64 {
         self.sums[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
     }
 

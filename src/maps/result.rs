@@ -148,6 +148,15 @@ pub struct MapResult {
 }
 
 impl MapResult {
+    /// Returns in words the upper bound of the mean of a map without light, with its unit and two digits.
+    pub fn dark_bound_words(&self) -> Option<String> {
+        let unit = self.quantity.unit();
+        self.error.dark_upper_bound.map(|bound| match bound {
+            0.1.. => format!("{bound:.2} {unit}"),
+            _ => format!("{bound:.1e} {unit}"),
+        })
+    }
+
     /// Returns the values of the points of the map's set that count, with their weights.
     pub fn counted<'a>(&'a self, points: &'a [ReceiverPoint]) -> impl Iterator<Item = (Estimate, f64)> + 'a {
         let counted = points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
@@ -187,18 +196,8 @@ pub struct MapError {
     pub estimated: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the random part.
     pub degrees_of_freedom: f64,
-    /// Upper bound of the mean in lx, for a map that no light has reached yet.
-    pub dark_upper_bound_lx: Option<f64>,
-}
-
-impl MapError {
-    /// Returns in words the upper bound of the mean of a map without light: in lx, with two digits.
-    pub fn dark_bound_words(&self) -> Option<String> {
-        self.dark_upper_bound_lx.map(|bound_lx| match bound_lx {
-            0.1.. => format!("{bound_lx:.2} lx"),
-            _ => format!("{bound_lx:.1e} lx"),
-        })
-    }
+    /// Upper bound of the mean, for a map that no light has reached yet; in the unit of its values.
+    pub dark_upper_bound: Option<f64>,
 }
 
 /// Subject of a table row.

@@ -49,7 +49,7 @@ pub fn worst_case_error(values: &StatedValues) -> MapError {
         discretisation: 0.0,
         estimated: bias,
         degrees_of_freedom: 0.0,
-        dark_upper_bound_lx: None,
+        dark_upper_bound: None,
     }
 }
 

@@ -178,10 +178,10 @@ fn trace_maps(
         }
         let fraction = (done + 1) as f64 / requests.len() as f64;
         run.record(&map, bound, target_error, fraction, observer);
-        let dark_upper_bound_lx = dark_upper_bound_lx(planner.around.world, &entries, &map);
-        let is_dark = dark_upper_bound_lx.is_some();
+        let dark_upper_bound = dark_upper_bound(planner.around.world, &entries, &map);
+        let is_dark = dark_upper_bound.is_some();
         let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_luminaires);
-        let error = MapError { dark_upper_bound_lx, ..map.map.error };
+        let error = MapError { dark_upper_bound, ..map.map.error };
         let result = MapResult { bound, target_met, error, ..map.map };
         run.traced[index] = Some(TracedMap { map: result, ..map });
     }
@@ -320,7 +320,7 @@ impl LightMeshFindings {
         }));
         self.warnings.extend(world.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
         for map in self.traced.iter().flatten().map(|map| &map.map) {
-            let Some(bound) = map.error.dark_bound_words() else { continue };
+            let Some(bound) = map.dark_bound_words() else { continue };
             self.warnings.push(format!(
                 "no light was found in \"{}\": its mean is below about {bound}; chains (--method collision) show \
                  more of maps as dark as this",
@@ -337,15 +337,15 @@ fn bound_error(map: &TracedMap) -> f64 {
 
 /// Returns whether there is at least one map and all maps are free of error.
 fn is_exact(maps: &[MapResult]) -> bool {
-    let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
+    let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound.is_none();
     !maps.is_empty() && maps.iter().all(is_known)
 }
 
-/// Upper bound in lx on the mean of a map in which no light was found, from the number of rays per point. `None` where light was
-/// found, and where no surface reflects, so that shadow rays alone give the whole light.
-fn dark_upper_bound_lx(world: &World, entries: &Entries, map: &TracedMap) -> Option<f64> {
+/// Upper bound on the mean of a map in which no light was found, in the unit of its values, from the number of rays per point. `None` where
+/// light was found, and where no surface reflects, so that shadow rays alone give the whole light.
+fn dark_upper_bound(world: &World, entries: &Entries, map: &TracedMap) -> Option<f64> {
     let weight: f64 = entries.weights.iter().sum();
-    let is_dark = map.map.values.value.iter().all(|lx| *lx == 0.0);
+    let is_dark = map.map.values.value.iter().all(|value| *value == 0.0);
     let flux_lm = world.emitters.luminous_flux_lm();
     (is_dark && world.reflects() && flux_lm > 0.0 && weight > 0.0).then(|| {
         let rays_a_place = (map.effort.rays() as f64 / entries.places().max(1) as f64).max(1.0);

@@ -198,8 +198,8 @@ fn map_entry(map: &MapResult, intensities: &[LeavingLight]) -> Value {
         "refusals": map.refusals,
         "checks": map.checks.iter().map(check_entry).collect::<Vec<Value>>(),
         "chains": map.chains,
-        "dark": map.error.dark_upper_bound_lx.is_some(),
-        "dark_upper_bound_lx": map.error.dark_upper_bound_lx,
+        "dark": map.error.dark_upper_bound.is_some(),
+        "dark_upper_bound_lx": map.error.dark_upper_bound,
     })
 }
 

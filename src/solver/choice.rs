@@ -95,7 +95,7 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
     if context.is_over() {
         return Err("the run is over");
     }
-    let error_lx = target * job.mean_without_gathering_lx();
+    let error_lx = target * job.mean_without_gathering();
     let mut plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
     job.work.pilot_rays += plan.pilot_rays;
     if !is_believed(&plan, &job.weights, LEAST_FOUND..=MOST_HIDDEN, MOST_SCATTER) {
@@ -129,7 +129,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
         return gathering.is_ok();
     }
     let error = target.unwrap_or(DEFAULT_TARGET_ERROR);
-    let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
+    let without = job.work_without_gathering(context, error * job.mean_without_gathering());
     let at_best = match gathering {
         Ok(work) if job.kind == MapKind::Elements => work.min(without),
         _ => without,
@@ -171,7 +171,7 @@ pub fn is_about_to_gather(context: &Context, job: &Job, target: f64) -> bool {
     if job.kind == MapKind::Elements || !job.has_light_to_gather(context) {
         return false;
     }
-    let without = job.work_without_gathering(context, target * job.mean_without_gathering_lx());
+    let without = job.work_without_gathering(context, target * job.mean_without_gathering());
     context.method == Method::Gather || points_gather(job, job.work_by_gathering(context, target), without)
 }
 

@@ -185,7 +185,7 @@ fn warnings_of_glare(context: &Context, glare: &[GlareRating]) -> Vec<String> {
 
 /// Warnings about maps without light, and about maps with unreliable errors.
 fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String> {
-    let bounds = maps.iter().filter_map(|map| Some((map, map.error.dark_bound_words()?)));
+    let bounds = maps.iter().filter_map(|map| Some((map, map.dark_bound_words()?)));
     let dark = bounds.map(|(map, bound)| {
         format!("no light has reached \"{}\" yet: its mean is below {bound}; run more chains to see it", map.name)
     });
@@ -239,7 +239,7 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
         discretisation: judgement.discretisation,
         estimated: judgement.stated_error(),
         degrees_of_freedom: judgement.degrees_of_freedom,
-        dark_upper_bound_lx: dark
+        dark_upper_bound: dark
             .then(|| PACKETS_OF_A_BOUND * context.world.emitters.luminous_flux_lm() / (samples * weight_sum)),
     };
     MapResult {
@@ -255,24 +255,24 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
         refusals: job.looks.refusals,
         checks: job.looks.checks.clone(),
         target_met: target_error.map(|_| is_met(job)),
-        tables: tables(context, job, error.dark_upper_bound_lx),
+        tables: tables(context, job, error.dark_upper_bound),
     }
 }
 
 /// The table rows of a map. If no light was found, all replicas agree on 0 by chance. Then it is only known that the mean is below the
 /// bound, which is set two standard errors away.
-fn tables(context: &Context, job: &Job, dark_upper_bound_lx: Option<f64>) -> Vec<TableRow> {
+fn tables(context: &Context, job: &Job, dark_upper_bound: Option<f64>) -> Vec<TableRow> {
     let mut rows = match job.kind {
         MapKind::Elements => surface_tables(context, job),
         MapKind::Receivers(set) => vec![receiver_table(context.scene, set, job)],
     };
-    if let Some(bound_lx) = dark_upper_bound_lx {
+    if let Some(bound) = dark_upper_bound {
         for row in &mut rows {
-            let least_lx = 0.5 * bound_lx;
-            row.average.standard_error = row.average.standard_error.max(least_lx);
+            let least = 0.5 * bound;
+            row.average.standard_error = row.average.standard_error.max(least);
             if row.places > 0 {
-                row.minimum.standard_error = row.minimum.standard_error.max(least_lx);
-                row.maximum.standard_error = row.maximum.standard_error.max(least_lx);
+                row.minimum.standard_error = row.minimum.standard_error.max(least);
+                row.maximum.standard_error = row.maximum.standard_error.max(least);
             }
         }
     }

@@ -106,7 +106,7 @@ impl Job {
         let (map, weights) = element_map(context, &given, None);
         let mut job = Job::new(context, MapKind::Elements, given, None, map, weights, bound);
         job.adapting.cutting = adapt_to.map(|target_error| {
-            let means_lx = [job.costs.direct.mean_lx, job.costs.indirect.mean_lx];
+            let means_lx = [job.costs.direct.mean, job.costs.indirect.mean];
             Box::new(Cutting::begin(&job.elements, target_error, means_lx, job.costs.direct.rays))
         });
         job
@@ -139,7 +139,7 @@ impl Job {
         };
         let indirect = match &local {
             Some(plan) => IndirectCost::alone(plan.cost(&weights)),
-            None => indirect_cost(context, kind, &elements, (bound && context.to_target).then_some(direct.mean_lx)),
+            None => indirect_cost(context, kind, &elements, (bound && context.to_target).then_some(direct.mean)),
         };
         let sharing = indirect.sharing;
         let [direct, walked, indirect] = [direct, indirect.alone, indirect.shared].map(|cost| cost.times(numbers));

@@ -58,7 +58,7 @@ pub struct LocalPlan {
     /// Rays that the pilot took.
     pub pilot_rays: u64,
     /// Mean of the indirect light that the pilot found.
-    mean_lx: f64,
+    mean: f64,
     /// Whether chains start from scrambled Sobol points.
     quasi: bool,
 }
@@ -93,19 +93,18 @@ impl LocalPlan {
         let entries = weights.len().max(1) as f64;
         let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         PartCost {
-            variance_lx2: self.variance_per_round / weight,
+            variance: self.variance_per_round / weight,
             rays: self.rays_per_round / entries,
             sharing_rays: 0.0,
             choosing: 0.0,
-            mean_lx: self.mean_lx,
+            mean: self.mean,
             pilot_rays: self.pilot_rays,
         }
     }
 
     /// Weighted variance of a single chain relative to the squared mean of indirect light, approximately.
     pub fn scatter(&self, weights: &[f64]) -> f64 {
-        self.cost(weights).variance_lx2 * self.chains_per_round as f64
-            / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
+        self.cost(weights).variance * self.chains_per_round as f64 / (self.mean * self.mean).max(f64::MIN_POSITIVE)
     }
 
     /// Does some rounds in every replica and returns the rays traced. A single round takes long in a nearly white room. It is given up if

@@ -73,8 +73,8 @@ const WORK_OF_A_SHARING_RAY: f64 = 0.55;
 /// Cost of one sample of one part of a map, and its scatter.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PartCost {
-    /// Variance of an entry's value in lx², weighted mean over the entries.
-    pub variance_lx2: f64,
+    /// Variance of an entry's value in the squared unit of the map's values, weighted mean over the entries.
+    pub variance: f64,
     /// Rays per entry.
     pub rays: f64,
     /// Those of `rays` that go between points and neighbours that share them (`estimators::neighbours`). They are short and similar, so
@@ -82,8 +82,8 @@ pub struct PartCost {
     pub sharing_rays: f64,
     /// Cost of choosing among luminaires, in rays; not included in `rays`.
     pub choosing: f64,
-    /// Weighted mean of the part in lx.
-    pub mean_lx: f64,
+    /// Weighted mean of the part, in the unit of the map's values.
+    pub mean: f64,
     /// Rays that the pilot took for this.
     pub pilot_rays: u64,
 }
@@ -91,7 +91,7 @@ pub struct PartCost {
 impl PartCost {
     /// The cost for entries that show `numbers` numbers each.
     pub fn times(self, numbers: f64) -> PartCost {
-        PartCost { variance_lx2: self.variance_lx2 * numbers, ..self }
+        PartCost { variance: self.variance * numbers, ..self }
     }
 
     /// Work of an entry, in rays that take their full time, without choosing among luminaires.
@@ -133,7 +133,7 @@ impl DirectShare {
     pub fn of(direct: PartCost, indirect: PartCost, [direct_entries, indirect_entries]: [usize; 2]) -> DirectShare {
         let rays = direct.rays.max(LEAST_RAYS_PER_PASS);
         let rays_ratio = indirect.rays * indirect_entries as f64 / (rays * direct_entries.max(1) as f64);
-        let best = (direct.variance_lx2 / indirect.variance_lx2 * rays_ratio).sqrt();
+        let best = (direct.variance / indirect.variance * rays_ratio).sqrt();
         let best = if best.is_nan() { 0.0 } else { best };
         let rays_ratio = if rays_ratio.is_nan() { 0.0 } else { rays_ratio };
         DirectShare {
@@ -187,8 +187,8 @@ pub fn direct_cost(
 /// the survey samples.
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
     let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
-    let error_lx = context.target_error * usual.mean_lx;
-    let rays_of_samples = usual.variance_lx2 * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
+    let absolute_error = context.target_error * usual.mean;
+    let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * absolute_error * absolute_error);
     let survey_samples = USUAL_SURVEY * rays_of_samples / survey_rays;
     if !survey_samples.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(survey_samples / USUAL_SURVEY)) {
         return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
@@ -224,13 +224,8 @@ fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (Part
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
-/// `direct_mean_lx` is the mean of its direct light if the target binds the map. Then a pilot of walks takes its share of the work.
-pub fn indirect_cost(
-    context: &Context,
-    kind: MapKind,
-    elements: &Elements,
-    direct_mean_lx: Option<f64>,
-) -> IndirectCost {
+/// `direct_mean` is the mean of its direct light if the target binds the map. Then a pilot of walks takes its share of the work.
+pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements, direct_mean: Option<f64>) -> IndirectCost {
     let (world, scene) = (context.world, context.scene);
     if !world.reflects() {
         return IndirectCost::alone(PartCost::default());
@@ -244,7 +239,7 @@ pub fn indirect_cost(
             if let Some(table) = scene.receivers[set].intensity_table() {
                 return IndirectCost::alone(leaving_cost(context, set, table));
             }
-            walks::cost(context, set, direct_mean_lx)
+            walks::cost(context, set, direct_mean)
         }
     }
 }
@@ -371,11 +366,11 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     }
     let chains = chains as f64;
     PartCost {
-        variance_lx2: variance / chains,
+        variance: variance / chains,
         rays: rays as f64 / chains / count as f64,
         sharing_rays: 0.0,
         choosing: 0.0,
-        mean_lx: sum_lm / chains / area_m2,
+        mean: sum_lm / chains / area_m2,
         pilot_rays: rays,
     }
 }
@@ -404,11 +399,11 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
     }
     let chains = chains as f64;
     PartCost {
-        variance_lx2: variance / chains,
+        variance: variance / chains,
         rays: rays as f64 / chains / points.len() as f64,
         sharing_rays: 0.0,
         choosing: 0.0,
-        mean_lx: flux_lm * left / chains / all_sr,
+        mean: flux_lm * left / chains / all_sr,
         pilot_rays: rays,
     }
 }
@@ -418,7 +413,7 @@ fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCo
 struct Sites {
     weight: f64,
     variance: f64,
-    sum_lx: f64,
+    sum: f64,
     samples: f64,
     rays: f64,
     /// Those of `rays` that go between points and neighbours that share them.
@@ -452,14 +447,14 @@ impl Sites {
     fn add_moments(&mut self, weight: f64, count: f64, [sum, squares]: [f64; 2]) {
         self.weight += weight;
         self.samples += count;
-        self.sum_lx += weight * sum / count;
+        self.sum += weight * sum / count;
         self.variance += weight * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
     }
 
     fn merge(&mut self, other: &Sites) {
         self.weight += other.weight;
         self.variance += other.variance;
-        self.sum_lx += other.sum_lx;
+        self.sum += other.sum;
         self.samples += other.samples;
         self.rays += other.rays;
         self.sharing_rays += other.sharing_rays;
@@ -469,11 +464,11 @@ impl Sites {
     fn cost(&self) -> PartCost {
         let weight = self.weight.max(f64::MIN_POSITIVE);
         PartCost {
-            variance_lx2: self.variance / weight,
+            variance: self.variance / weight,
             rays: self.rays / self.samples.max(1.0),
             sharing_rays: self.sharing_rays / self.samples.max(1.0),
             choosing: self.weighed / WEIGHED_PER_RAY / self.samples.max(1.0),
-            mean_lx: self.sum_lx / weight,
+            mean: self.sum / weight,
             pilot_rays: self.rays as u64,
         }
     }

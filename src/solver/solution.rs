@@ -276,7 +276,7 @@ impl Solution {
 
     /// Whether light has not reached one of the bound maps.
     pub fn is_unlit(&self) -> bool {
-        self.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some())
+        self.maps.iter().any(|map| map.bound && map.error.dark_upper_bound.is_some())
     }
 
     /// Why a target was not met, if more work is not the only thing missing: words that follow "since". `None` if the target was met, if
@@ -287,7 +287,7 @@ impl Solution {
         if let Some(check) = map.checks.iter().find(|check| !check.passed) {
             return Some(format!("the check \"{}\" of \"{}\" failed: {}", check.name, map.name, check.explanation));
         }
-        if map.error.dark_upper_bound_lx.is_some() {
+        if map.error.dark_upper_bound.is_some() {
             return Some(format!("no light has reached \"{}\" yet", map.name));
         }
         let worst = |of: fn(&MapError) -> f64| {

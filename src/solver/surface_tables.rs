@@ -8,8 +8,8 @@ use super::contact::{CONTACT_POINTS, KnownContact, contact_free_shares};
 use super::context::Context;
 use super::job::Job;
 use crate::maps::{
-    CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes,
-    remaining_lx_by_average, table_row,
+    CellSlopes, HALF, Places, RemainingInAverage, TableKind, TableRow, TableSubject, grid_slopes, remaining_by_average,
+    table_row,
 };
 use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
@@ -39,7 +39,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     let contact_free =
         if job.adapting.adaptive.is_some() { Vec::new() } else { contact_free_of_given(context, job, &sides) };
     let contact_free_of = |entry: usize| contact_free.get(entry).copied().unwrap_or(1.0);
-    let remaining_lx = remaining_in_averages_lx(job, sides.iter().map(|of| &of.entries[..]), contact_free_of);
+    let remaining = remaining_in_averages(job, sides.iter().map(|of| &of.entries[..]), contact_free_of);
     let row = |(of, average_left): (SurfaceSide, Option<f64>)| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
@@ -75,12 +75,12 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         }
         row
     };
-    sides.into_par_iter().with_max_len(1).zip(remaining_lx).map(row).collect()
+    sides.into_par_iter().with_max_len(1).zip(remaining).map(row).collect()
 }
 
-/// The remaining error of cells in the average of each of several rows, in lx, as measured by walks. It is taken from the elements that
-/// gathered for the row, or from its own entries.
-fn remaining_in_averages_lx<'a>(
+/// The remaining error of cells in the average of each of several rows, in the unit of the map's values, as measured by walks. It is taken
+/// from the elements that gathered for the row, or from its own entries.
+fn remaining_in_averages<'a>(
     job: &Job,
     rows: impl ExactSizeIterator<Item = &'a [usize]>,
     contact_free: impl Fn(usize) -> f64,
@@ -99,7 +99,7 @@ fn remaining_in_averages_lx<'a>(
         }
     };
     let averages: Vec<RemainingInAverage> = rows.map(of_row).collect();
-    remaining_lx_by_average(&averages).into_iter().map(Some).collect()
+    remaining_by_average(&averages).into_iter().map(Some).collect()
 }
 
 /// All sides with their elements, and with the grid of their uniformities if elements are fine enough for it.
@@ -205,7 +205,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         covered_area_m2: 0.0,
         places: Places::Entries,
         rare_scores: job.map.rare_scores(),
-        average_left: remaining_in_averages_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
+        average_left: remaining_in_averages(job, std::iter::once(&entries[..]), |_| 1.0)[0],
     };
     table_row(&job.map, &subject)
 }

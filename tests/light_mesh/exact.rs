@@ -322,9 +322,9 @@ fn a_dark_map_is_not_called_exact_where_light_may_be_reflected() {
         solve_by_light_mesh(&scene, &settings, &MeshChoice::default(), &Silent).expect("a solution")
     };
     let doubtful = solved(0.5);
-    assert!(doubtful.maps[0].error.dark_upper_bound_lx.is_some_and(|bound_lx| bound_lx > 0.0));
+    assert!(doubtful.maps[0].error.dark_upper_bound.is_some_and(|bound| bound > 0.0));
     assert_eq!(doubtful.target_met, Some(false));
     assert!(doubtful.warnings.iter().any(|warning| warning.contains("no light was found")), "{:?}", doubtful.warnings);
     let known = solved(0.0);
-    assert!(known.maps[0].error.dark_upper_bound_lx.is_none() && known.target_met == Some(true));
+    assert!(known.maps[0].error.dark_upper_bound.is_none() && known.target_met == Some(true));
 }

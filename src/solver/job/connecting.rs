@@ -33,7 +33,7 @@ impl Job {
     pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
         let cost = plan.cost(&self.weights);
         let safe_error_lx = error_lx / plan.margin;
-        let variance = cost.variance_lx2 / plan.quasi_gain;
+        let variance = cost.variance / plan.quasi_gain;
         let alone = variance * plan.rays_per_round / (safe_error_lx * safe_error_lx);
         let first = LEAST_LOOKS * first_rounds(plan.chains_per_round, plan.rays_per_round) as f64;
         let first_rays = first * plan.rays_per_round * REPLICAS as f64;

@@ -24,8 +24,9 @@ impl Job {
 
     /// Walks per replica from each point before the first look, for a given target error, from the measurements of the pilot.
     pub(super) fn first_walks(&self, error: f64) -> u64 {
-        let error_lx = error * self.mean_without_gathering_lx();
-        let wanted = WALKS_OVER_PILOT * self.costs.indirect.variance_lx2 / (error_lx * error_lx * REPLICAS as f64);
+        let absolute_error = error * self.mean_without_gathering();
+        let wanted =
+            WALKS_OVER_PILOT * self.costs.indirect.variance / (absolute_error * absolute_error * REPLICAS as f64);
         ((SHARE_OF_FIRST_LOOK * wanted).ceil() as u64).clamp(FEWEST_FIRST_WALKS, FIRST_WALKS)
     }
 
@@ -39,35 +40,35 @@ impl Job {
         self.share.rays_per_indirect * REPLICAS as f64 / entries.max(1) as f64
     }
 
-    /// Rays that counting or walking takes to `error_lx`, from the measurements of the pilot; at least the rays to its first look.
-    pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
-        self.without_gathering(context, error_lx, self.costs.indirect.rays)
+    /// Rays that counting or walking takes to `absolute_error`, from the measurements of the pilot; at least the rays to its first look.
+    pub fn rays_without_gathering(&self, context: &Context, absolute_error: f64) -> f64 {
+        self.without_gathering(context, absolute_error, self.costs.indirect.rays)
     }
 
     /// The same as work: rays, plus the cost of choosing among luminaires.
-    pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
-        let rays = self.rays_without_gathering(context, error_lx);
+    pub fn work_without_gathering(&self, context: &Context, absolute_error: f64) -> f64 {
+        let rays = self.rays_without_gathering(context, absolute_error);
         let choosing =
             if context.world.would_learn_selection_by_cell(rays) { 0.0 } else { self.costs.indirect.choosing };
-        self.without_gathering(context, error_lx, self.costs.indirect.work() + choosing)
+        self.without_gathering(context, absolute_error, self.costs.indirect.work() + choosing)
     }
 
-    fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
+    fn without_gathering(&self, context: &Context, absolute_error: f64, rays_per_sample: f64) -> f64 {
         let to_first_look = self.first_look(Engine::unbiased(context.scene, self.kind, context.method)) as f64;
         let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
         let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walk;
         let over_pilot = if walks { WALKS_OVER_PILOT } else { 1.0 };
-        let alone = over_pilot * self.costs.indirect.variance_lx2 * rays_per_sample * self.map.len() as f64
-            / (error_lx * error_lx);
-        self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
+        let alone = over_pilot * self.costs.indirect.variance * rays_per_sample * self.map.len() as f64
+            / (absolute_error * absolute_error);
+        self.rays_with_direct(alone, absolute_error).max(self.rays_of_a_pass() + first_rays)
     }
 
-    /// Rays of direct and indirect light together to `error_lx`, from the rays that indirect light alone would take.
+    /// Rays of direct and indirect light together to `absolute_error`, from the rays that indirect light alone would take.
     /// The best split of rays is proportional to the square roots of what each part would take alone. But direct light has at least one
     /// pass.
-    pub(super) fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {
-        let direct =
-            self.costs.direct.variance_lx2 * self.costs.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
+    pub(super) fn rays_with_direct(&self, indirect: f64, absolute_error: f64) -> f64 {
+        let direct = self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64
+            / (absolute_error * absolute_error);
         let both = direct.sqrt() + indirect.sqrt();
         let pass = self.rays_of_a_pass();
         if direct.sqrt() * both >= pass {
@@ -82,8 +83,8 @@ impl Job {
         self.costs.direct.rays * self.map.len() as f64 * REPLICAS as f64
     }
 
-    /// Mean of all its light in lx, from the measurements of the pilot.
-    pub fn mean_without_gathering_lx(&self) -> f64 {
-        self.costs.direct.mean_lx + self.costs.indirect.mean_lx
+    /// Mean of all its light in the unit of the map's values, from the measurements of the pilot.
+    pub fn mean_without_gathering(&self) -> f64 {
+        self.costs.direct.mean + self.costs.indirect.mean
     }
 }

@@ -144,12 +144,12 @@ impl Job {
     }
 
     fn error_by_pilot(&self, context: &Context) -> Option<ErrorParts> {
-        let mean_lx = self.mean_without_gathering_lx();
-        let indirect = self.costs.indirect.variance_lx2 * self.costs.indirect.rays * self.map.len() as f64;
-        let direct = self.costs.direct.variance_lx2 * self.costs.direct.rays * self.map.len() as f64;
+        let mean = self.mean_without_gathering();
+        let indirect = self.costs.indirect.variance * self.costs.indirect.rays * self.map.len() as f64;
+        let direct = self.costs.direct.variance * self.costs.direct.rays * self.map.len() as f64;
         let rays = self.all_rays() + context.world.selection_rays();
-        let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean_lx;
-        (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
+        let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean;
+        (mean > 0.0 && rays > 0).then_some(ErrorParts::random(error))
     }
 
     /// Judges the error to report it, not to decide by it, if judging is cheap relative to `rays`.
@@ -241,11 +241,11 @@ impl Job {
 
     /// Rays to a target by the pilot, and the standard deviation of their logarithm.
     fn rays_by_pilot(&self, context: &Context, target: f64) -> Option<(f64, f64)> {
-        let error_lx = target * self.mean_without_gathering_lx();
+        let absolute_error = target * self.mean_without_gathering();
         let (rays, deviation_ln) = match (&self.connecting.plan, self.engine) {
-            _ if error_lx <= 0.0 => return None,
+            _ if absolute_error <= 0.0 => return None,
             _ if self.is_to_be_cut() => {
-                let without = self.rays_without_gathering(context, error_lx);
+                let without = self.rays_without_gathering(context, absolute_error);
                 // Coarse elements exist if the map may gather.
                 let by_gathering =
                     self.adapting.coarse.as_ref().map_or(f64::INFINITY, |_| self.work_by_gathering(context, target));
@@ -253,29 +253,29 @@ impl Job {
             }
             (_, Engine::Gather) => (self.rays_by_pilot_of_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS),
             (Some(plan), Engine::Local(_)) => {
-                (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
+                (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, absolute_error), DEVIATION_BY_PILOT)
             }
             (_, Engine::Walk) => {
-                let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx);
+                let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, absolute_error);
                 let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
                 let rays_ahead = self.control_variates.survey_rays * self.map.len() as f64;
                 (self.walking.brought * self.walking.to_come * even + rays_ahead + last_rays, DEVIATION_BY_PILOT)
             }
-            _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
+            _ => (self.rays_without_gathering(context, absolute_error), DEVIATION_BY_PILOT),
         };
         (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
     }
 
     /// Rays to a target by the pilot of walks, for a map that gathers or is about to.
     fn rays_by_pilot_of_cells(&self, context: &Context, target: f64) -> f64 {
-        let error_lx = target * self.mean_without_gathering_lx();
+        let absolute_error = target * self.mean_without_gathering();
         // After a first look the map changes to local estimation if that takes less.
         let by_gathering = self.rays_by_gathering(target);
         let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
-        let by_chains = by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
+        let by_chains = by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, absolute_error));
         let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
         // Half of the maps walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
-        self.rays_of_first_look(context) + (hoped * self.rays_without_gathering(context, error_lx)).sqrt()
+        self.rays_of_first_look(context) + (hoped * self.rays_without_gathering(context, absolute_error)).sqrt()
     }
 
     /// Forecast of the rays to a target for a map that is about to gather.

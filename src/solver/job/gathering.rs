@@ -121,7 +121,7 @@ impl Job {
 
     /// Whether cells can give the light of the map, and its pilot found light.
     pub fn has_light_to_gather(&self, context: &Context) -> bool {
-        self.can_gather(context) && self.mean_without_gathering_lx() > 0.0
+        self.can_gather(context) && self.mean_without_gathering() > 0.0
     }
 
     /// Prepares gathering for a target error: elements that adapt get coarse ones, and a pilot measures walks from elements.
@@ -136,13 +136,8 @@ impl Job {
             let elements = (COARSE_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_COARSE);
             let edge_m = (2.0 * context.world.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
-            self.adapting.coarse = Some(CoarseElements::first(
-                context,
-                &self.elements,
-                contact_free,
-                edges_m,
-                self.costs.indirect.mean_lx,
-            ));
+            self.adapting.coarse =
+                Some(CoarseElements::first(context, &self.elements, contact_free, edges_m, self.costs.indirect.mean));
         }
         if self.kind == MapKind::Elements {
             let coarse = self.adapting.coarse.as_ref();
@@ -175,27 +170,27 @@ impl Job {
     /// share of the squared error: over K entries they determine the mean square with √(2K) times the walks of one entry. Choosing
     /// luminaires takes work beside rays, which counts as it does for walks.
     pub fn work_by_gathering(&self, context: &Context, error: f64) -> f64 {
-        let error_lx = error * self.mean_without_gathering_lx();
+        let absolute_error = error * self.mean_without_gathering();
         let to_first_look = self.rays_to_first_look(error);
         let rays = self.indirect_rays_by_gathering(error);
         let learns_by_cell = context.world.would_learn_selection_by_cell(rays);
         let choosing = if learns_by_cell { 0.0 } else { self.costs.walked.choosing / self.costs.walked.rays.max(1.0) };
-        let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
+        let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), absolute_error);
         // If a look is cheap relative to walks it is taken: it shows more than the pilot of walks can.
-        let without = self.work_without_gathering(context, error_lx);
+        let without = self.work_without_gathering(context, absolute_error);
         if to_first_look < SHARE_OF_A_LOOK * without { work.min(WORTH_A_LOOK * without) } else { work }
     }
 
     /// Rays by cells to an error, direct light included, from what the pilot measured of walks.
     pub fn rays_by_gathering(&self, error: f64) -> f64 {
-        self.rays_with_direct(self.indirect_rays_by_gathering(error), error * self.mean_without_gathering_lx())
+        self.rays_with_direct(self.indirect_rays_by_gathering(error), error * self.mean_without_gathering())
     }
 
     /// The same for indirect light alone.
     fn indirect_rays_by_gathering(&self, error: f64) -> f64 {
-        let error_lx = error * self.mean_without_gathering_lx();
+        let absolute_error = error * self.mean_without_gathering();
         let entries = self.gathered().len() as f64;
-        let of_one = self.costs.walked.variance_lx2 / (error_lx * error_lx);
+        let of_one = self.costs.walked.variance / (absolute_error * absolute_error);
         let walks = WALKS_OF_AN_ENTRY * self.costs.walked.rays * (2.0 * entries).sqrt();
         self.rays_to_first_look(error).max(RAYS_OF_A_RAY * of_one * (entries + walks))
     }
@@ -217,11 +212,11 @@ impl Job {
             .map(|(growth, planned_at)| (growth.rays - (self.work.rays - planned_at) as f64).max(0.0))
     }
 
-    /// Work that gathering still takes to `error_lx` by the latest look, for comparison with the work of other methods. Direct light
+    /// Work that gathering still takes to `absolute_error` by the latest look, for comparison with the work of other methods. Direct light
     /// takes what the pilot measured of it, as in their work: its error at a first look, before elements are cut further, is no measure.
-    pub fn work_left_to_gather(&self, error_lx: f64) -> Option<f64> {
-        let indirect = self.gathering_parts()?.growth_of_indirect(error_lx).rays;
-        Some(self.rays_with_direct(WORK_OF_A_GATHERING_RAY * indirect, error_lx))
+    pub fn work_left_to_gather(&self, absolute_error: f64) -> Option<f64> {
+        let indirect = self.gathering_parts()?.growth_of_indirect(absolute_error).rays;
+        Some(self.rays_with_direct(WORK_OF_A_GATHERING_RAY * indirect, absolute_error))
     }
 
     /// What a map does before its first look. An unbound map is only shown, so it does least.
@@ -248,9 +243,9 @@ impl Job {
 
     /// Begins to gather, for an error or with as many rays as a number of chains.
     pub fn start_gathering(&mut self, context: &Context, error: f64, chains: Option<u64>) {
-        let mean_lx = self.mean_without_gathering_lx();
-        let squared_lx2 = DIRECT_SHARE * (self.error_to_begin_with(error) * mean_lx).powi(2) * REPLICAS as f64;
-        let direct = (self.costs.direct.variance_lx2 / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
+        let mean = self.mean_without_gathering();
+        let squared_lx2 = DIRECT_SHARE * (self.error_to_begin_with(error) * mean).powi(2) * REPLICAS as f64;
+        let direct = (self.costs.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
         let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
         let mut goal = self.first_goal(error);
         if let Some(chains) = chains {

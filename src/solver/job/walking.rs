@@ -23,7 +23,7 @@ impl Job {
         };
         let entries = entries.start..end.min(self.map.len());
         let part = (entries.clone(), times.clone());
-        let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean_lx);
+        let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean);
         self.divide_into_groups(context, set);
         let WalkingState { allotment, groups, carried, .. } = &self.walking;
         let walks = PointWalks { set, allotment, carried, sharing, groups: groups.as_ref(), expected_lx };
@@ -75,7 +75,7 @@ impl Job {
         self.carry_walks(better, ratio);
         let points = self.map.len();
         let rays = self.costs.indirect.rays * self.walking.allotment.of_all(points) as f64 / points as f64;
-        let pass = PartCost { rays, variance_lx2: self.costs.indirect.variance_lx2 * variance, ..self.costs.indirect };
+        let pass = PartCost { rays, variance: self.costs.indirect.variance * variance, ..self.costs.indirect };
         self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
     }
 

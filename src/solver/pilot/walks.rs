@@ -56,8 +56,8 @@ fn ways(world: &World) -> Vec<Sharing> {
 }
 
 /// Measures walks from a set's points.
-/// `direct_mean_lx` is the mean of its direct light if the target binds the map. Then walks take their share of the work.
-pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -> IndirectCost {
+/// `direct_mean` is the mean of its direct light if the target binds the map. Then walks take their share of the work.
+pub(super) fn cost(context: &Context, set: usize, direct_mean: Option<f64>) -> IndirectCost {
     let receivers = &context.scene.receivers[set];
     let shares = receivers.points.len() > 1 && receivers.quantity != Quantity::Luminance;
     let walks = if shares {
@@ -70,8 +70,8 @@ pub(super) fn cost(context: &Context, set: usize, direct_mean_lx: Option<f64>) -
         if shares { cost_in_groups(context, set, walks, part) } else { cost_alone(context, set, walks, part) }
     };
     let first = measure(walks, WALK_PARTS);
-    match direct_mean_lx {
-        Some(direct_mean_lx) => by_more_walks(context, set, first, walks, direct_mean_lx, measure),
+    match direct_mean {
+        Some(direct_mean) => by_more_walks(context, set, first, walks, direct_mean, measure),
         None => first,
     }
 }
@@ -82,15 +82,15 @@ fn by_more_walks(
     set: usize,
     first: IndirectCost,
     mut walks: u64,
-    direct_mean_lx: f64,
+    direct_mean: f64,
     measure: impl Fn(u64, u32) -> IndirectCost,
 ) -> IndirectCost {
     let entries = context.scene.receivers[set].points.len() as f64;
     let (mut found, mut all_rays) = (first, first.shared.pilot_rays);
     for part in WALK_PARTS + 1.. {
         let cost = &found.shared;
-        let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
-        let work = cost.variance_lx2 * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
+        let absolute_error = context.target_error * (direct_mean + cost.mean);
+        let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (absolute_error * absolute_error);
         let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / cost.pilot_rays as f64;
         if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
             break;
@@ -201,7 +201,7 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
         }
     }
     let cost = |way: usize| PartCost { pilot_rays: rays, ..all[way].cost() };
-    let work = |way: usize| cost(way).variance_lx2 * (cost(way).work() + cost(way).choosing);
+    let work = |way: usize| cost(way).variance * (cost(way).work() + cost(way).choosing);
     let best = (0..ways.len()).min_by(|one, other| work(*one).total_cmp(&work(*other)));
     let best = best.filter(|best| work(*best) < WORTH_SHARING * work(0)).unwrap_or(0);
     IndirectCost { alone: cost(0), shared: cost(best), sharing: ways[best] }
@@ -220,16 +220,16 @@ mod tests {
     fn a_pilot_takes_its_share_of_the_work() {
         let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);
         let world = World::new(&scene);
-        let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
+        let cost = |target_error: f64, time_left: TimeLeft, direct_mean: Option<f64>| {
             let time_left = &move || time_left;
             let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &world, 3) };
-            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean_lx).shared
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean).shared
         };
         let anyway = cost(0.01, TimeLeft::Enough, None).pilot_rays;
         for target_error in [0.0005, 0.00025] {
             let found = cost(target_error, TimeLeft::Enough, Some(0.0));
-            let error_lx = target_error * found.mean_lx;
-            let work = found.variance_lx2 * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
+            let absolute_error = target_error * found.mean;
+            let work = found.variance * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (absolute_error * absolute_error);
             let share = found.pilot_rays as f64 / work;
             assert!(found.pilot_rays > 4 * anyway, "{} beside {anyway}", found.pilot_rays);
             assert!((0.5 * SHARE_OF_WORK..2.0 * SHARE_OF_WORK).contains(&share), "{share} to {target_error}");

@@ -238,8 +238,7 @@ impl Run<'_> {
             (None, None) => f64::INFINITY,
             (None, Some(target)) => {
                 let walked = jobs.filter(|job| job.engine == Engine::Walk);
-                let rays =
-                    |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
+                let rays = |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering());
                 walked.map(rays).sum::<f64>()
             }
         }
