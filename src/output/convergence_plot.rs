@@ -265,6 +265,9 @@ fn diamond([x, y]: PagePoint) -> Vec<PagePoint> {
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
+/// Width of text in DejaVu, which systems without Helvetica and Arial show, relative to the width in Helvetica.
+const OTHER_FONT: f64 = 1.15;
+
 /// Key entries side by side, each after its symbol.
 struct KeyLine {
     at: PagePoint,
@@ -279,7 +282,7 @@ impl KeyLine {
         let [x, y] = self.at;
         draw(picture, [x, y - 4.0]);
         picture.words(Words::new(words, [x + 30.0, y], TYPE));
-        self.at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
+        self.at[0] += 30.0 + OTHER_FONT * super::font::text_width(words, TYPE, false) + 18.0;
     }
 }
 
