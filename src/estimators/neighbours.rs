@@ -22,7 +22,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::LobeKind;
 use crate::scene::{Quantity, ReceiverSet};
-use crate::transport::{ConnectingPoint, Traced, World};
+use crate::transport::{ConnectingPoint, World};
 
 /// How neighbours share the points that their walks meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -228,7 +228,8 @@ impl SharedWalks {
                 // A sheet, or a point behind a pane.
                 if !is_shared && (spot.reflectance().is_none() || world.has_panes()) {
                     let found = lights.connect_to_spot(world, &spot, &to);
-                    own += factor * Traced { value: found.lx, rays: found.rays };
+                    own.value += factor * found.lx;
+                    own.rays += found.rays;
                 }
                 own += factor * lights.connect_to_later_landings(world, &spot, &to, stream);
             }

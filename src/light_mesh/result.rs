@@ -207,7 +207,7 @@ impl Planner<'_> {
         let estimated = whole.max(random_error.powi(2)).sqrt();
         let bias = (estimated.powi(2) - random_error.powi(2)).max(0.0).sqrt();
         let upper = total.upper_root(ONE_IN_SIXTY).hypot(of_places).max(estimated);
-        let relative = |lx: f64| if mean_value > 0.0 { lx / mean_value } else { 0.0 };
+        let relative = |error: f64| if mean_value > 0.0 { error / mean_value } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
                 return 0.0;

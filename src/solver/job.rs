@@ -259,10 +259,19 @@ impl Job {
         if let Some(rays) = self.rays_left_to_gather() {
             return rays;
         }
+        let samples_to_come = samples.saturating_sub(self.samples);
+        self.direct_rays_to(samples) + samples_to_come as f64 * self.share.rays_per_indirect * REPLICAS as f64
+    }
+
+    /// Rays of direct light still needed to reach a number of samples, as counted by the pilot.
+    fn direct_rays_to(&self, samples: u64) -> f64 {
         let passes = self.passes_at(samples).saturating_sub(self.map.direct_samples.complete);
-        let direct = passes as f64 * self.share.rays_per_pass;
-        let samples = samples.saturating_sub(self.samples);
-        (direct + samples as f64 * self.share.rays_per_indirect) * REPLICAS as f64
+        passes as f64 * self.share.rays_per_pass * REPLICAS as f64
+    }
+
+    /// Rays that make the control variates of all points, as counted by the pilot.
+    fn rays_of_control_variates(&self) -> f64 {
+        self.control_variates.survey_rays * self.map.len() as f64
     }
 
     /// Whether every entry has direct samples and, if light is reflected, indirect samples.
@@ -343,8 +352,8 @@ impl Job {
     /// Does a part of a pass over direct light, or several passes, towards `passes`.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
         // The first pass also makes the control variate of every point.
-        let survey_rays = if self.map.direct_samples.complete == 0 { self.control_variates.survey_rays } else { 0.0 };
-        let rays = self.share.rays_per_pass + survey_rays * self.map.len() as f64 / REPLICAS as f64;
+        let rays_ahead = if self.map.direct_samples.complete == 0 { self.rays_of_control_variates() } else { 0.0 };
+        let rays = self.share.rays_per_pass + rays_ahead / REPLICAS as f64;
         let (entries, times) = slice_of_passes(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
         let rays = match (self.kind, &mut self.adapting.adaptive) {

@@ -258,8 +258,8 @@ impl Job {
             (_, Engine::Walk) => {
                 let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, absolute_error);
                 let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
-                let rays_ahead = self.control_variates.survey_rays * self.map.len() as f64;
-                (self.walking.brought * self.walking.to_come * even + rays_ahead + last_rays, DEVIATION_BY_PILOT)
+                let walked = self.walking.brought * self.walking.to_come * even;
+                (walked + self.rays_of_control_variates() + last_rays, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, absolute_error), DEVIATION_BY_PILOT),
         };
@@ -332,8 +332,7 @@ impl Job {
     /// Rays that `samples` samples take in all, estimated from those so far. Passes over direct light do not grow evenly with samples, and
     /// the first pass also makes the control variates.
     fn rays_of(&self, samples: f64) -> f64 {
-        let passes = self.passes_at(samples.ceil() as u64).saturating_sub(self.map.direct_samples.complete);
-        let direct = self.work.direct_rays as f64 + passes as f64 * self.share.rays_per_pass * REPLICAS as f64;
+        let direct = self.work.direct_rays as f64 + self.direct_rays_to(samples.ceil() as u64);
         let indirect = self.kept_rays().saturating_sub(self.work.direct_rays) as f64 / self.samples.max(1) as f64;
         direct + indirect * samples
     }
