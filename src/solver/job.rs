@@ -141,7 +141,10 @@ impl Job {
             Some(plan) => IndirectCost::alone(plan.cost(&weights)),
             None => indirect_cost(context, kind, &elements, (bound && context.to_target).then_some(direct.mean)),
         };
-        let sharing = indirect.sharing;
+        // Only `auto` shares walks out.
+        let gain_to_come = if context.method == Method::Auto { indirect.gain_to_come } else { 1.0 };
+        let walking =
+            WalkingState { sharing: indirect.sharing, to_come: gain_to_come.recip(), ..WalkingState::default() };
         let [direct, walked, indirect] = [direct, indirect.alone, indirect.shared].map(|cost| cost.times(numbers));
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
@@ -152,7 +155,7 @@ impl Job {
             method_reason: if context.method == Method::Auto { "no other method applies" } else { "requested" }
                 .to_owned(),
             costs: Costs { direct, indirect, walked },
-            walking: WalkingState { sharing, ..WalkingState::default() },
+            walking,
             share: DirectShare::of(direct, indirect, [entries; 2]),
             control_variates,
             connecting: ConnectingState { plan: local, offered: None },

@@ -101,19 +101,21 @@ impl PartCost {
 }
 
 /// Cost of a sample of indirect light.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct IndirectCost {
     /// If every entry counts only its own samples.
     pub alone: PartCost,
     /// If neighbours share what their walks meet, in the form that takes the least work.
     pub shared: PartCost,
     pub sharing: Sharing,
+    /// Factor of work that sharing walks out among points will save, as far as groups of neighbours show it; 1 if none.
+    pub gain_to_come: f64,
 }
 
 impl IndirectCost {
     /// Cost for entries that share nothing.
     pub fn alone(cost: PartCost) -> IndirectCost {
-        IndirectCost { alone: cost, shared: cost, sharing: Sharing::default() }
+        IndirectCost { alone: cost, shared: cost, sharing: Sharing::default(), gain_to_come: 1.0 }
     }
 }
 

@@ -14,6 +14,7 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Quantity, ReceiverPoint};
+use crate::solver::allotment::Allotment;
 use crate::solver::context::Context;
 use crate::solver::pace::TimeLeft;
 use crate::solver::regions::{Groups, POINTS_OF_A_BLOCK, halved};
@@ -163,36 +164,48 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
         let (sum, met) = levels.fold((0.0, 0.0), |(sum, all), (mean, count)| (sum + mean * count, all + count));
         let level_lm_m2 = sum / f64::max(met, 1.0);
         let site = Sites { weighed: cut.weighed as f64, ..Sites::default() };
-        let mut found = vec![site; ways.len()];
+        let mut found = vec![(site, <[Sites; 2]>::default()); ways.len()];
         let mut scores_lx = Vec::new();
-        for (found, sharing) in found.iter_mut().zip(&ways) {
-            let mut moments = vec![[0.0; 2]; group.len()];
-            for (shared, part) in passes
-                .iter()
-                .flat_map(|shared| halved(group.len(), sharing.neighbours).into_iter().map(move |part| (shared, part)))
-            {
-                shared.scores_lx(world, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
-                for ([sum, squares], lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
-                    *sum += lx;
-                    *squares += lx * lx;
+        for ((found, halves), sharing) in found.iter_mut().zip(&ways) {
+            // Moments of the scores of every point, of the even and the odd passes.
+            let mut moments = vec![[[0.0; 2]; 2]; group.len()];
+            for (pass, shared) in passes.iter().enumerate() {
+                for part in halved(group.len(), sharing.neighbours) {
+                    shared.scores_lx(world, (part.clone(), *sharing), level_lm_m2, &mut scores_lx);
+                    for (moments, lx) in moments[part.clone()].iter_mut().zip(&scores_lx) {
+                        let [sum, squares] = &mut moments[pass % 2];
+                        *sum += lx;
+                        *squares += lx * lx;
+                    }
+                    let [of_walks, of_sharing] = shared.rays(part, *sharing);
+                    found.rays += (of_walks + of_sharing) as f64;
+                    found.sharing_rays += of_sharing as f64;
                 }
-                let [of_walks, of_sharing] = shared.rays(part, *sharing);
-                found.rays += (of_walks + of_sharing) as f64;
-                found.sharing_rays += of_sharing as f64;
             }
-            for (moments, entry) in moments.into_iter().zip(group) {
-                found.add_moments(receivers.points[*entry as usize].weight, passes.len() as f64, moments);
+            let counts = [passes.len().div_ceil(2), passes.len() / 2];
+            for ([even, odd], entry) in moments.into_iter().zip(group) {
+                let weight = receivers.points[*entry as usize].weight;
+                found.add_moments(weight, passes.len() as f64, [even[0] + odd[0], even[1] + odd[1]]);
+                // A single pass has no variance.
+                for (half, moments) in [even, odd].into_iter().enumerate().filter(|(half, _)| counts[*half] > 1) {
+                    halves[half].add_moments(weight, counts[half] as f64, moments);
+                }
             }
         }
         (found, rays)
     };
     let mut all = vec![Sites::default(); ways.len()];
+    // For each way, the variances of the groups by the even and the odd passes.
+    let mut variances = vec![Vec::new(); ways.len()];
     let (mut rays, mut sites) = (0, 0);
     for some in groups_of(&receivers.points).chunks(GROUPS_AT_A_TIME) {
         let walk_in_time = |(place, group)| (place == 0 || !context.is_over()).then(|| walk_from(group));
         let found: Vec<_> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
         for (found, of_group) in found.into_iter().flatten() {
-            all.iter_mut().zip(&found).for_each(|(all, found)| all.merge(found));
+            for (way, (of_way, halves)) in found.iter().enumerate() {
+                all[way].merge(of_way);
+                variances[way].extend((halves[1].samples > 0.0).then(|| [halves[0].variance, halves[1].variance]));
+            }
             rays += of_group;
         }
         sites += some.iter().map(Vec::len).sum::<usize>();
@@ -204,7 +217,8 @@ fn cost_in_groups(context: &Context, set: usize, walks: u64, part: u32) -> Indir
     let work = |way: usize| cost(way).variance * (cost(way).work() + cost(way).choosing);
     let best = (0..ways.len()).min_by(|one, other| work(*one).total_cmp(&work(*other)));
     let best = best.filter(|best| work(*best) < WORTH_SHARING * work(0)).unwrap_or(0);
-    IndirectCost { alone: cost(0), shared: cost(best), sharing: ways[best] }
+    let gain_to_come = Allotment::default().gain_to_come(&variances[best]);
+    IndirectCost { alone: cost(0), shared: cost(best), sharing: ways[best], gain_to_come }
 }
 
 #[cfg(test)]
