@@ -62,16 +62,16 @@ struct UncertainEmitter {
 pub struct ControlVariates {
     /// Survey samples of an emitter that gives all the light.
     pub survey_samples: f64,
-    /// Approximate number of survey rays at a point that has no kept control variate.
-    pub survey_rays: f64,
+    /// Approximate number of survey rays at all points whose control variates are still to be made.
+    pub rays_to_make: f64,
     of_points: Vec<Option<ControlVariate>>,
     items: usize,
 }
 
 impl ControlVariates {
-    /// Creates an empty set with the planned numbers: survey samples of an emitter that gives all the light, and survey rays at a point.
-    pub fn planned(survey_samples: f64, survey_rays: f64) -> ControlVariates {
-        ControlVariates { survey_samples, survey_rays, ..ControlVariates::default() }
+    /// Creates an empty set with the planned number of survey samples of an emitter that gives all the light.
+    pub fn planned(survey_samples: f64) -> ControlVariates {
+        ControlVariates { survey_samples, ..ControlVariates::default() }
     }
 
     /// The control variate of a point, if it is kept.

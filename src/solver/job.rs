@@ -272,11 +272,6 @@ impl Job {
         passes as f64 * self.share.rays_per_pass * REPLICAS as f64
     }
 
-    /// Rays that make the control variates of all points, as counted by the pilot.
-    fn rays_of_control_variates(&self) -> f64 {
-        self.control_variates.survey_rays * self.map.len() as f64
-    }
-
     /// Whether every entry has direct samples and, if light is reflected, indirect samples.
     pub fn has_started(&self) -> bool {
         self.map.direct_samples.complete > 0 && (self.black || self.gathered().indirect_samples.complete > 0)
@@ -354,8 +349,8 @@ impl Job {
 
     /// Does a part of a pass over direct light, or several passes, towards `passes`.
     fn advance_direct(&mut self, context: &Context, passes: u64) {
-        // The first pass also makes the control variate of every point.
-        let rays_ahead = if self.map.direct_samples.complete == 0 { self.rays_of_control_variates() } else { 0.0 };
+        // The first pass also makes the control variates that the pilot has not made.
+        let rays_ahead = if self.map.direct_samples.complete == 0 { self.control_variates.rays_to_make } else { 0.0 };
         let rays = self.share.rays_per_pass + rays_ahead / REPLICAS as f64;
         let (entries, times) = slice_of_passes(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));

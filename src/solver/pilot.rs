@@ -181,30 +181,33 @@ pub fn direct_cost(
             None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(world, &element, &mut stream)),
         }
     }
-    (sites.cost(), ControlVariates::planned(USUAL_SURVEY, 0.0))
+    (sites.cost(), ControlVariates::planned(USUAL_SURVEY))
 }
 
 /// Cost of direct light at points. A first pilot uses the usual number of survey samples. If the best number is far from that, a second
 /// pilot uses as many rays for survey samples as for samples. This is best where the remaining variance of samples falls with the root of
-/// the survey samples.
+/// the survey samples. Fewer survey samples are not tried where most surveys are already made.
 fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
-    let (usual, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
+    let (usual, made, survey_rays) = cost_of_surveyed(context, set, USUAL_SURVEY);
     let absolute_error = context.target_error * usual.mean;
     let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * absolute_error * absolute_error);
-    let survey_samples = USUAL_SURVEY * rays_of_samples / survey_rays;
-    if !survey_samples.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(survey_samples / USUAL_SURVEY)) {
-        return (usual, ControlVariates::planned(USUAL_SURVEY, survey_rays));
+    let ratio = rays_of_samples / survey_rays;
+    let can_save = made.rays_to_make > usual.pilot_rays as f64;
+    if !ratio.is_finite() || ratio < WORTH_ANOTHER && !(ratio < 1.0 / WORTH_ANOTHER && can_save) {
+        return (usual, made);
     }
-    let survey_samples = survey_samples.clamp(FEWEST_SURVEY, MOST_SURVEY);
-    let (cost, survey_rays) = cost_of_surveyed(context, set, survey_samples);
-    let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
-    (cost, ControlVariates::planned(survey_samples, survey_rays))
+    let survey_samples = (USUAL_SURVEY * ratio).clamp(FEWEST_SURVEY, MOST_SURVEY);
+    let (cost, made, _) = cost_of_surveyed(context, set, survey_samples);
+    (PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost }, made)
 }
 
-/// Cost of direct light at points with `survey_samples` survey samples, and the survey rays per point.
-fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (PartCost, f64) {
-    let (world, quantity) = (context.world, context.scene.receivers[set].quantity);
-    let (mut ahead_rays, mut points) = (0, 0);
+/// Cost of direct light at points with `survey_samples` survey samples, the control variates of these points, which the run keeps, and the
+/// survey rays per point.
+fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (PartCost, ControlVariates, f64) {
+    let (world, receivers) = (context.world, &context.scene.receivers[set]);
+    let (quantity, points) = (receivers.quantity, receivers.points.len());
+    let (mut survey_rays, mut surveyed) = (0, 0);
+    let mut made = ControlVariates::planned(survey_samples);
     let passes = samples_of_a_site(context, sites_of(context, set), PASSES);
     let mut sites = Sites::default();
     let measure = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
@@ -213,16 +216,19 @@ fn cost_of_surveyed(context: &Context, set: usize, survey_samples: f64) -> (Part
         let mut sampler = DirectSampler::new(world, quantity, receiver, &mut scratch, &control_variate);
         let mut site = Sites::default();
         site.add(context, weight, passes, || sampler.sample(stream));
-        (site, control_variate.rays)
+        (site, control_variate)
     };
-    over_receivers(context, set, 0, measure, |(site, rays)| {
+    over_receivers(context, set, 0, measure, |point, (site, control_variate)| {
         sites.merge(&site);
-        ahead_rays += rays;
-        points += 1;
+        survey_rays += control_variate.rays;
+        surveyed += 1;
+        made.keep(point, points, control_variate);
         true
     });
     let cost = sites.cost();
-    (PartCost { pilot_rays: cost.pilot_rays + ahead_rays, ..cost }, ahead_rays as f64 / f64::from(points.max(1)))
+    let rays_per_point = survey_rays as f64 / surveyed.max(1) as f64;
+    made.rays_to_make = rays_per_point * (points - surveyed) as f64;
+    (PartCost { pilot_rays: cost.pilot_rays + survey_rays, ..cost }, made, rays_per_point)
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
@@ -300,13 +306,14 @@ fn samples_of_a_site(context: &Context, sites: u64, usual: u64) -> u64 {
     usual.max(least / sites)
 }
 
-/// Samples some points of a set, spread over it, several at a time. Passes on the findings of each in order, as long as more are needed.
+/// Samples some points of a set, spread over it, several at a time. Passes on the number and the findings of each in order, as long as more
+/// are needed.
 fn over_receivers<S: Send>(
     context: &Context,
     set: usize,
     part: u32,
     measure: impl Fn(&Receiver, f64, &mut Stream) -> S + Sync,
-    mut needs_more_after: impl FnMut(S) -> bool,
+    mut needs_more_after: impl FnMut(usize, S) -> bool,
 ) {
     let points = &context.scene.receivers[set].points;
     let stride = points.len().div_ceil(MOST_SITES).max(1);
@@ -327,9 +334,9 @@ fn over_receivers<S: Send>(
         let measured_in_time =
             |(place, index): (usize, &usize)| (place == 0 || !context.is_over()).then(|| measured(index));
         let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(measured_in_time).collect();
-        for site in found.into_iter().flatten() {
+        for (index, site) in some.iter().zip(found).filter_map(|(index, site)| Some((*index, site?))) {
             done += 1;
-            if !needs_more_after(site) && done >= FEWEST_SITES {
+            if !needs_more_after(index, site) && done >= FEWEST_SITES {
                 return;
             }
         }

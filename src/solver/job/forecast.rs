@@ -259,7 +259,7 @@ impl Job {
                 let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, absolute_error);
                 let last_rays = PASSES_BEYOND_FORECAST * self.share.rays_per_indirect * REPLICAS as f64;
                 let walked = self.walking.brought * self.walking.to_come * even;
-                (walked + self.rays_of_control_variates() + last_rays, DEVIATION_BY_PILOT)
+                (walked + self.control_variates.rays_to_make + last_rays, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, absolute_error), DEVIATION_BY_PILOT),
         };

@@ -115,7 +115,7 @@ fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectC
         site
     };
     let mut sites = Sites::default();
-    over_receivers(context, set, part, walk_from, |site| {
+    over_receivers(context, set, part, walk_from, |_, site| {
         sites.merge(&site);
         sites.rays < ENOUGH_RAYS as f64
     });
