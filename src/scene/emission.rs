@@ -13,7 +13,9 @@ use glam::DVec3;
 
 use self::facts::EmissionFacts;
 use super::error::SceneError;
-use super::keys::{ABOVE_ZERO, FROM_ZERO, Form, NUMBER, ObjectKinds, TEXT, ValueShape, form, needed, optional};
+use super::keys::{
+    ABOVE_ZERO, FROM_ZERO, Form, NUMBER, ObjectKind, ObjectKinds, TEXT, ValueShape, form, forms_of, needed, optional,
+};
 use super::luminaire_reading::{
     AIM, ARRAY, COMMON, EXITANCE, EXITANCE_OR_FLUX, FLUX, LuminaireReading, SIDE, SURFACE, place,
 };
@@ -27,10 +29,7 @@ use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 
 /// A luminaire type: its name and keys in files, and how it is read.
-struct LuminaireType {
-    form: Form,
-    read: fn(&mut LuminaireReading) -> Result<Shining, SceneError>,
-}
+type LuminaireType = ObjectKind<fn(&mut LuminaireReading) -> Result<Shining, SceneError>>;
 
 /// The luminaire types. Luminous surfaces have a fixed position, and so do sky and sun: these form no arrays.
 const LUMINAIRE_TYPES: [LuminaireType; 7] = [
@@ -92,7 +91,7 @@ const RING: Form = form("ring",
 
 /// The kinds of luminaires.
 pub(super) const KINDS: ObjectKinds =
-    ObjectKinds { name: "Luminaire", doc: "Luminaire.", forms: || LUMINAIRE_TYPES.map(|row| row.form).to_vec() };
+    ObjectKinds { name: "Luminaire", doc: "Luminaire.", forms: &forms_of(&LUMINAIRE_TYPES) };
 
 /// How and where a luminaire emits.
 #[derive(Clone, Debug)]

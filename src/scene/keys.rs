@@ -139,15 +139,32 @@ impl Form {
 pub(super) struct ObjectKinds {
     pub name: &'static str,
     pub doc: &'static str,
-    /// The object of each kind. A kind with two forms stands twice.
-    pub forms: fn() -> Vec<Form>,
+    /// The object of each kind. A kind with two forms stands twice, one after the other.
+    pub forms: &'static [Form],
 }
 
 impl ObjectKinds {
     /// Names of the kinds, each once.
     pub fn names(&self) -> Vec<&'static str> {
-        let mut names: Vec<&str> = (self.forms)().iter().map(|form| form.name).collect();
+        let mut names: Vec<&str> = self.forms.iter().map(|form| form.name).collect();
         names.dedup();
         names
     }
+}
+
+/// A kind of object: its name and keys, and how it is read.
+pub(super) struct ObjectKind<R> {
+    pub form: Form,
+    pub read: R,
+}
+
+/// The forms of some kinds.
+pub(super) const fn forms_of<R, const N: usize>(kinds: &[ObjectKind<R>; N]) -> [Form; N] {
+    let mut forms = [kinds[0].form; N];
+    let mut number = 1;
+    while number < N {
+        forms[number] = kinds[number].form;
+        number += 1;
+    }
+    forms
 }

@@ -56,7 +56,6 @@ pub(super) fn read(
         let remedy = "add at least one, such as { \"name\": \"lamp\", \"type\": \"point\", \"position\": [4, 3, 2.5], \"intensity_cd\": 800 }";
         return Err(node.refuse("the scene has no luminaire", "at least one luminaire", remedy));
     }
-    let kinds = (KINDS.forms)();
     let mut known = LuminairesSoFar::default();
     let mut maintained = false;
     let mut luminaires = Vec::with_capacity(items.len());
@@ -65,10 +64,10 @@ pub(super) fn read(
         under_way::reached(number);
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
-        let kind = item.kind("a luminaire", &KINDS)?;
-        let form = kinds[kind];
-        let luminaire = read_one(&item, kind, &form, around, &mut known, warnings)?;
-        let fields = fields.of(&form)?;
+        let kind = fields.kind(&KINDS)?;
+        let form = &KINDS.forms[kind];
+        let luminaire = read_one(&item, kind, form, around, &mut known, warnings)?;
+        let fields = fields.of(form)?;
         match arrays::read(&fields, around.unit)? {
             Some(array) if luminaires.len() as u64 + array.len() > MOST_LUMINAIRES => {
                 let expected = format!("at most {} luminaires in a scene with arrays", MOST_LUMINAIRES);

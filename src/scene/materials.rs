@@ -1,15 +1,14 @@
 //! Materials in the scene file: types and keys, how they are read, and the shares of light that a reflection model gives.
 
 use super::error::SceneError;
-use super::keys::{Form, Key, NumberRange, ObjectKinds, SHARE, TYPE, ValueShape, form, from_to, needed, optional};
+use super::keys::{
+    Form, Key, NumberRange, ObjectKind, ObjectKinds, SHARE, TYPE, ValueShape, form, forms_of, from_to, needed, optional,
+};
 use super::reader::{Fields, Node};
 use crate::base::pane::{glazed_shares, internal_transmittance_of, pane_shares};
 
 /// A material type: its name and keys in files, and how its reflection model is read.
-struct MaterialType {
-    form: Form,
-    read: fn(&Fields) -> Result<BsdfParameters, SceneError>,
-}
+type MaterialType = ObjectKind<fn(&Fields) -> Result<BsdfParameters, SceneError>>;
 
 /// The material types, in the order of their numbers in the file formats.
 const MATERIAL_TYPES: [MaterialType; 6] = [
@@ -68,7 +67,7 @@ const TRANSLUCENT: Form = form("translucent", "Scatters to both sides.", &[&[
 
 /// The kinds of materials.
 pub(super) const KINDS: ObjectKinds =
-    ObjectKinds { name: "Material", doc: "Material.", forms: || MATERIAL_TYPES.map(|row| row.form).to_vec() };
+    ObjectKinds { name: "Material", doc: "Material.", forms: &forms_of(&MATERIAL_TYPES) };
 
 /// Reflection and transmission of a surface.
 #[derive(Clone, Debug)]
@@ -256,7 +255,7 @@ pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
 }
 
 fn read_bsdf(node: &Node) -> Result<BsdfParameters, SceneError> {
-    let MaterialType { form, read } = &MATERIAL_TYPES[node.kind("a material", &KINDS)?];
+    let MaterialType { form, read } = &MATERIAL_TYPES[node.fields("a material")?.kind(&KINDS)?];
     read(&node.object(&format!("a {} material", form.name), form)?)
 }
 

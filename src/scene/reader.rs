@@ -164,12 +164,6 @@ impl<'a> Node<'a> {
         self.fields(what)?.of(form)
     }
 
-    /// Returns the number of an object's kind in the list of the kinds' names. `what` names the object in messages (`a material`).
-    pub(super) fn kind(&self, what: &str, kinds: &ObjectKinds) -> Result<usize, SceneError> {
-        let names = kinds.names();
-        self.fields(what)?.need_as("type", &format!("\"{}\"", names[0]))?.choice_of(&names)
-    }
-
     /// Returns the keys of an object, whatever they are. `what` names the object in messages.
     pub fn fields(&self, what: &str) -> Result<Fields<'a>, SceneError> {
         let Value::Object(object) = self.value else {
@@ -243,13 +237,15 @@ impl<'a> Node<'a> {
     /// Returns the index of a text in a list of allowed texts.
     pub fn choice_of(&self, allowed: &[&str]) -> Result<usize, SceneError> {
         let text = self.text()?;
-        allowed.iter().position(|name| *name == text).ok_or_else(|| {
-            self.refuse(
-                format!("{:?} is not an allowed value of \"{}\"", shortened(text), self.json_path()),
-                listed(allowed.iter().copied()),
-                meant(text, allowed.iter().copied()),
-            )
-        })
+        allowed.iter().position(|name| *name == text).ok_or_else(|| self.refuse_choice(text, allowed))
+    }
+
+    fn refuse_choice(&self, text: &str, allowed: &[&str]) -> SceneError {
+        self.refuse(
+            format!("{:?} is not an allowed value of \"{}\"", shortened(text), self.json_path()),
+            listed(allowed.iter().copied()),
+            meant(text, allowed.iter().copied()),
+        )
     }
 
     /// Returns `true` or `false`.
@@ -414,6 +410,13 @@ impl<'a> Fields<'a> {
             }
         }
         Ok(Fields { form: Some(*form), ..self })
+    }
+
+    /// Returns the number of the object's kind in the list of forms. A kind with two forms counts as the first.
+    pub(super) fn kind(&self, kinds: &ObjectKinds) -> Result<usize, SceneError> {
+        let node = self.need_as("type", &format!("\"{}\"", kinds.forms[0].name))?;
+        let name = node.text()?;
+        kinds.forms.iter().position(|form| form.name == name).ok_or_else(|| node.refuse_choice(name, &kinds.names()))
     }
 
     /// Refuses a key rather than its value.

@@ -25,12 +25,17 @@ use super::{given, intensity, parse, points_file, requirements, room_receivers, 
 pub(super) const KINDS: ObjectKinds = ObjectKinds {
     name: "Receiver",
     doc: "Receivers.",
-    forms: || {
-        let glare = [UGR_GRID_BY_CORNERS, UGR_GRID_ON_SURFACE];
-        let others = [intensity::FORM, room_receivers::FORM];
-        let first = [GRID_BY_CORNERS, GRID_ON_SURFACE, POINTS, observers::LUMINANCE, observers::UGR];
-        [&first[..], &glare, &others].concat()
-    },
+    forms: &[
+        GRID_BY_CORNERS,
+        GRID_ON_SURFACE,
+        POINTS,
+        observers::LUMINANCE,
+        observers::UGR,
+        UGR_GRID_BY_CORNERS,
+        UGR_GRID_ON_SURFACE,
+        intensity::FORM,
+        room_receivers::FORM,
+    ],
 };
 
 /// Grids: by their corner, on a surface, and with the keys of both.
@@ -137,7 +142,7 @@ pub(super) fn read(node: &Node, around: &ReceiverContext) -> Result<Vec<Receiver
 }
 
 fn read_one(node: &Node, around: &ReceiverContext, names: &mut Names, most: u64) -> Result<ReceiverSet, SceneError> {
-    let kind = KINDS.names()[node.kind("a receiver", &KINDS)?];
+    let kind = KINDS.forms[node.fields("a receiver")?.kind(&KINDS)?].name;
     let form = match kind {
         "grid" => GRID,
         "ugr_grid" => UGR_GRID,

@@ -61,7 +61,7 @@ fn of_shape(shape: ValueShape, definitions: &mut Map<String, Value>) -> Value {
         ValueShape::Map(value) => json!({ "type": "object", "additionalProperties": of_shape(*value, definitions) }),
         ValueShape::Object(form) => defined(form.name, definitions, |definitions| object(form, definitions)),
         ValueShape::Kinds(kinds) => defined(kinds.name, definitions, |definitions| {
-            let schemas: Vec<Value> = (kinds.forms)().iter().map(|form| object(form, definitions)).collect();
+            let schemas: Vec<Value> = kinds.forms.iter().map(|form| object(form, definitions)).collect();
             described(json!({ "oneOf": schemas }), kinds.doc)
         }),
     }

@@ -31,7 +31,7 @@ use super::weld::weld;
 
 /// The kinds of geometry.
 pub(super) const KINDS: ObjectKinds =
-    ObjectKinds { name: "Geometry", doc: "Geometry.", forms: || vec![BOX, RECTANGLE, MESH, SPHERE, HARMONICS] };
+    ObjectKinds { name: "Geometry", doc: "Geometry.", forms: &[BOX, RECTANGLE, MESH, SPHERE, HARMONICS] };
 
 #[rustfmt::skip]
 const BOX: Form = form("box",
@@ -266,7 +266,7 @@ impl Surfaces {
 
     /// Reads the values that all geometry types share, and reserves the geometry's name.
     fn common_of<'a>(&mut self, node: &Node<'a>) -> Result<GeometryKeys<'a>, SceneError> {
-        let form = &(KINDS.forms)()[node.kind("a geometry", &KINDS)?];
+        let form = &KINDS.forms[node.fields("a geometry")?.kind(&KINDS)?];
         let kind = form.name;
         let fields = node.object(&format!("a {kind} geometry"), form)?;
         let name_node = fields.need("name")?;
