@@ -13,7 +13,7 @@ use luxmc::check::scene_from_json;
 use luxmc::estimators::cache::{Cache, CacheAnswer, Met};
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
 use luxmc::estimators::receiver::Receiver;
-use luxmc::estimators::reception::sample_reflected_lx;
+use luxmc::estimators::reception::sample_reflected;
 use luxmc::estimators::walk::{sample_indirect_lx, walk_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
@@ -216,7 +216,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let samples = (0..count).map(|number| {
                 start(stream, quasi, entry as u64, number);
-                sample_reflected_lx(&world, set.quantity, &receiver, &mut Cut::default(), stream).value
+                sample_reflected(&world, set.quantity, &receiver, &mut Cut::default(), stream).value
             });
             samples.sum::<f64>() / count as f64
         });

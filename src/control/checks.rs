@@ -56,14 +56,14 @@ pub fn statistical_checks(
         return Vec::new();
     };
     let past = |(share, between)| history.at_share(share, between);
-    let rounding_lx = ONLY_ROUNDING * judgement.mean;
+    let rounding = ONLY_ROUNDING * judgement.mean;
     // How many times its squared error the map could tolerate, margin included.
     let spare = target_error.map_or(1.0, |target| 1.0 / needed_work(target, judgement, 0.5)).max(1.0);
     let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
     vec![
-        mean_check(now, [past(HALF), past(QUARTER)], rounding_lx),
-        growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding_lx),
-        growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding_lx),
+        mean_check(now, [past(HALF), past(QUARTER)], rounding),
+        growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding),
+        growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding),
         tail_check(parts, spare),
         scores_check(parts, spare, has_waited),
     ]
@@ -76,18 +76,18 @@ fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, expla
 }
 
 /// The mean settles: the samples after a look must agree with those before it, by Student's t over the replicas.
-fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding_lx: f64) -> StatisticalCheck {
+fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding: f64) -> StatisticalCheck {
     let limit = student_quantile(1.0 - 0.5 * ALPHA);
     let deviations = past.into_iter().flatten().map(|then| {
         let (before, all) = (then.samples as f64, now.samples as f64);
         let steps: [f64; REPLICAS] = std::array::from_fn(|replica| {
-            let since_lx = (all * now.means[replica] - before * then.means[replica]) / (all - before);
-            since_lx - then.means[replica]
+            let since = (all * now.means[replica] - before * then.means[replica]) / (all - before);
+            since - then.means[replica]
         });
         let mean = steps.iter().sum::<f64>() / REPLICAS as f64;
         let squares: f64 = steps.iter().map(|step| (step - mean).powi(2)).sum();
         let error = (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt();
-        if mean.abs() <= rounding_lx { 0.0 } else { mean.abs() / error }
+        if mean.abs() <= rounding { 0.0 } else { mean.abs() / error }
     });
     let value = deviations.reduce(f64::max);
     let passed = value.is_none_or(|value| value <= limit);
@@ -100,11 +100,11 @@ fn growth_check(
     now: &PastJudgement,
     then: Option<&PastJudgement>,
     work: impl Fn(&PastJudgement) -> f64,
-    rounding_lx: f64,
+    rounding: f64,
 ) -> StatisticalCheck {
     let explanation =
         "the error does not fall with the square root of the work: samples repeat, or their variance is not finite";
-    let Some(then) = then.filter(|then| now.squared_error > rounding_lx.powi(2) && then.samples < now.samples) else {
+    let Some(then) = then.filter(|then| now.squared_error > rounding.powi(2) && then.samples < now.samples) else {
         return check(name, None, ALLOWED_GROWTH, true, explanation);
     };
     let degrees = SURE_DEGREES * (REPLICAS - 1) as f64 * now.degrees_of_freedom.min(then.degrees_of_freedom);
@@ -145,7 +145,7 @@ fn uncertainty_of_shape(scores: usize) -> f64 {
 
 /// Of the tails that carry enough of the variance to matter, returns the heaviest for its number of scores.
 fn heaviest_tail(parts: &[ScoreEvidence; 2]) -> Option<HeavyTail<'_>> {
-    let variance: f64 = parts.iter().map(|part| part.variance_lx2_m2).sum();
+    let variance: f64 = parts.iter().map(|part| part.weighted_variance).sum();
     let telling = parts.iter().filter(|part| {
         part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
     });
@@ -183,7 +183,7 @@ fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
             "tail",
             None,
             INFINITE_VARIANCE,
-            parts.iter().all(|part| part.variance_lx2_m2.is_finite()),
+            parts.iter().all(|part| part.weighted_variance.is_finite()),
             explanation,
         ),
     }
@@ -204,7 +204,7 @@ fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> Stat
 
 /// Number of scores that effectively carry the variance of a map. `None` if the map has no variance.
 pub fn effective_scores(parts: [ScoreEvidence; 2]) -> Option<f64> {
-    let variance: f64 = parts.iter().map(|part| part.variance_lx2_m2).sum();
+    let variance: f64 = parts.iter().map(|part| part.weighted_variance).sum();
     let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
     (variance != 0.0).then(|| variance * variance / fourth)
 }

@@ -235,7 +235,7 @@ fn few_scores_are_asked_for_where_the_target_is_near() {
 fn a_map_far_under_its_target_needs_fewer_scores() {
     // 20 scores of one size are just enough for a map that needs all of its target. A map with four times its squared error to spare needs
     // 1.25, since 20 / 4² = 1.25.
-    let part = |scores: f64| ScoreEvidence { variance_lx2_m2: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
+    let part = |scores: f64| ScoreEvidence { weighted_variance: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
     let passes = |scores: f64, spare: f64| scores_check([ScoreEvidence::default(), part(scores)], spare, false).passed;
     assert!(passes(20.1, 1.0) && !passes(19.9, 1.0));
     assert!(passes(1.3, 4.0) && !passes(1.2, 4.0));
@@ -246,7 +246,7 @@ fn a_heavy_tail_does_not_matter_far_under_the_target() {
     // A tail of shape 1 is refused if the target is near. If it carries all the variance, it passes when the map tolerates nine times its
     // squared error; with half the variance, five times.
     let tail = |share: f64| ScoreEvidence {
-        variance_lx2_m2: 1.0,
+        weighted_variance: 1.0,
         fourth: 1e-3,
         tail: 255,
         tail_variance: share,

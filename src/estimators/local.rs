@@ -80,7 +80,7 @@ pub struct Anchors {
     normals: [Vec<f64>; 3],
     scales: Vec<f64>,
     /// Approximate level of every anchor itself, in units of the map.
-    own_levels_lx: Vec<f64>,
+    own_levels: Vec<f64>,
     /// Ratio of an anchor's bound to the usual bound: with fewer walks the bound is higher.
     bound_factors: Vec<f64>,
     /// Ratio of an entry's number of walks to the usual number: a power of 2.
@@ -124,7 +124,7 @@ impl Anchors {
             points: [Vec::new(), Vec::new(), Vec::new()],
             normals: [Vec::new(), Vec::new(), Vec::new()],
             scales: Vec::new(),
-            own_levels_lx: Vec::new(),
+            own_levels: Vec::new(),
             bound_factors: Vec::new(),
             walk_rates: vec![1.0; receivers.points.len()],
         };
@@ -202,14 +202,14 @@ impl Anchors {
             let [direct_lx, indirect_lx] = self.levels_lx(world, anchor.point_m, anchor.normal);
             anchor.scale * (direct_lx + indirect_lx)
         });
-        self.own_levels_lx = levels.collect();
+        self.own_levels = levels.collect();
     }
 
     /// Gives dark entries more walks and bright ones fewer. Chains visit bright places, so they leave a larger relative error at darker
     /// ones.
     pub fn set_walk_rates(&mut self) {
         let level = |entry: &std::ops::Range<u32>| {
-            self.own_levels_lx[entry.start as usize..entry.end as usize].iter().sum::<f64>()
+            self.own_levels[entry.start as usize..entry.end as usize].iter().sum::<f64>()
         };
         let logs: Vec<f64> = self.of_entry.iter().map(|entry| level(entry).log2()).collect();
         let lit = || logs.iter().filter(|log| log.is_finite());
@@ -233,8 +233,8 @@ impl Anchors {
     }
 
     /// Level of an anchor itself, in units of the map.
-    pub fn own_level_lx(&self, anchor: usize) -> f64 {
-        self.own_levels_lx[anchor]
+    pub fn own_level(&self, anchor: usize) -> f64 {
+        self.own_levels[anchor]
     }
 
     /// Anchors of an entry of the map.
@@ -372,18 +372,18 @@ impl Anchors {
         let threshold = connecting.threshold;
         let mut until_next = variate * threshold;
         let mut rays = 0;
-        for ((score, anchor), level_lx) in scores.iter().zip(&self.list).zip(&self.own_levels_lx) {
+        for ((score, anchor), own_level) in scores.iter().zip(&self.list).zip(&self.own_levels) {
             let mut counted = *score;
             if counted <= 0.0 {
                 continue;
             }
-            if counted < threshold * level_lx {
-                until_next -= counted / level_lx;
+            if counted < threshold * own_level {
+                until_next -= counted / own_level;
                 if until_next >= 0.0 {
                     continue;
                 }
                 until_next += threshold;
-                counted = threshold * level_lx;
+                counted = threshold * own_level;
             }
             let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
             rays += 1;

@@ -358,7 +358,7 @@ mod tests {
 
     use super::*;
     use crate::check::scene_from_json;
-    use crate::estimators::reception::sample_reflected_lx;
+    use crate::estimators::reception::sample_reflected;
     use crate::estimators::roulette::world_for_walks;
     use crate::sampling::random::Purpose;
     use crate::transport::LaterLandings;
@@ -465,7 +465,7 @@ mod tests {
                     stream.seek(number << 8 | entry as u64);
                     let origin = world.tracer.side_origin(point_m, normal);
                     let receiver = Receiver { point_m, normal, origin: &origin };
-                    scores_lx.push(sample_reflected_lx(&world, quantity, &receiver, &mut cut, &mut stream).value);
+                    scores_lx.push(sample_reflected(&world, quantity, &receiver, &mut cut, &mut stream).value);
                 }
             });
             let ways = [(1, false, false), (8, false, false), (4, true, false), (8, false, true), (8, true, true)];

@@ -21,7 +21,7 @@ use crate::transport::{Traced, World};
 const PLANES: u32 = 7;
 
 /// One unbiased sample of the direct part in lx (cd/m² for luminance), and the number of rays.
-pub fn sample_direct_lx(
+pub fn sample_direct(
     world: &World,
     quantity: Quantity,
     receiver: &Receiver,
@@ -84,17 +84,17 @@ impl<'a> DirectSampler<'a> {
         DirectSampler { quantity, receiver: *receiver, world, pass, control_variate, views: Views::default() }
     }
 
-    /// One unbiased sample of the direct part in lx, and the number of rays.
+    /// One unbiased sample of the direct part in the unit of the quantity, and the number of rays.
     pub fn sample(&mut self, stream: &mut Stream) -> Traced {
         if self.quantity == Quantity::Perpendicular {
             return self.control_variate.sample(self.world, &self.receiver, &mut self.views, stream);
         }
-        sample_direct_lx(self.world, self.quantity, &self.receiver, self.pass, stream)
+        sample_direct(self.world, self.quantity, &self.receiver, self.pass, stream)
     }
 }
 
 /// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the number of rays.
-pub fn sample_reflected_lx(
+pub fn sample_reflected(
     world: &World,
     quantity: Quantity,
     receiver: &Receiver,

@@ -5,7 +5,7 @@ use super::entries::Entries;
 use super::exact::{MeshPlace, sample_all_emitters};
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
-use super::walks::{HALVES, in_halves_lx, sample_at_place_lx};
+use super::walks::{HALVES, in_halves, sample_at_place_lx};
 use crate::estimators::receiver::Receiver;
 use crate::estimators::sight::SMALL_SHARE;
 use crate::maps::MapKind;
@@ -31,7 +31,7 @@ pub fn sample_indirect(
     sample(around, entries, entry, false, stream, walk)
 }
 
-/// Returns one sample of an entry in lx, and the number of rays. `sample_at` samples the light at each of its points and returns the rays for it.
+/// Returns one sample of an entry in the unit of the map, and the number of rays. `sample_at` samples the light at each of its points and returns the rays for it.
 /// With `with_luminaires`, an eye also sees luminaires.
 fn sample(
     around: &Surroundings,
@@ -90,7 +90,7 @@ fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Opt
 
 /// Returns the indirect light of an entry that is a direction of view, in two halves, and the number of rays. Each walk has a new line of
 /// sight. `walks` holds the number of the first walk and the count.
-pub fn walks_of_entry_lx(
+pub fn walks_of_entry(
     around: &Surroundings,
     entries: &Entries,
     entry: usize,
@@ -98,5 +98,5 @@ pub fn walks_of_entry_lx(
     seed: u64,
     cut: &mut Cut,
 ) -> ([f64; HALVES], u64) {
-    in_halves_lx(entry as u64, walks, seed, |stream| sample_indirect(around, entries, entry, cut, stream))
+    in_halves(entry as u64, walks, seed, |stream| sample_indirect(around, entries, entry, cut, stream))
 }

@@ -23,23 +23,23 @@ const HELD: f64 = 0.97;
 
 /// The classes of a map's points.
 pub struct Classes {
-    /// Quartiles of the disputed light of the points whose sets disagree, in lx.
-    levels_lx: [f64; LEVELS - 1],
+    /// Quartiles of the disputed light of the points whose sets disagree, in the unit of the map.
+    levels: [f64; LEVELS - 1],
 }
 
 impl Classes {
     /// Divides the points of a map into classes.
     pub fn of(lights: &[EntryLight]) -> Classes {
-        let mut disputed_lx: Vec<f64> = lights.iter().map(|light| light.disputed).filter(|lx| *lx > 0.0).collect();
-        disputed_lx.sort_by(f64::total_cmp);
-        let level = |part: usize| disputed_lx.get(part * disputed_lx.len() / LEVELS).copied().unwrap_or(0.0);
-        Classes { levels_lx: [level(1), level(2), level(3)] }
+        let mut disputed: Vec<f64> = lights.iter().map(|light| light.disputed).filter(|light| *light > 0.0).collect();
+        disputed.sort_by(f64::total_cmp);
+        let level = |part: usize| disputed.get(part * disputed.len() / LEVELS).copied().unwrap_or(0.0);
+        Classes { levels: [level(1), level(2), level(3)] }
     }
 
     /// Returns the class of a point.
     pub fn class(&self, light: &EntryLight) -> usize {
         let level = if light.disputed > 0.0 {
-            1 + self.levels_lx.iter().filter(|level_lx| light.disputed >= **level_lx).count()
+            1 + self.levels.iter().filter(|level| light.disputed >= **level).count()
         } else {
             0
         };
@@ -76,14 +76,14 @@ pub fn kind(set: SetKind) -> usize {
     }
 }
 
-/// Returns the mean squares of the products of each class, in lx².
+/// Returns the mean squares of the products of each class, in the square of the map's unit.
 ///
 /// A mean square is at least as large as its standard error, since chance could hide this much. If none of the n points of a class was off,
 /// 0 would mean exact. So a share of 3/n of the other points may have the error of the whole map.
 ///
 /// With `little_noise`, twice the error must contain most products. For example, one mesh point in eight says that a luminaire is hidden.
 /// It is then really hidden in one case in eight, and the mean square is far too small.
-pub fn squares_lx2_of<const N: usize>(products: &[(usize, f64)], whole: &MeanSquare, little_noise: bool) -> [f64; N] {
+pub fn squares_of<const N: usize>(products: &[(usize, f64)], whole: &MeanSquare, little_noise: bool) -> [f64; N] {
     std::array::from_fn(|class| {
         let mut of_class: Vec<f64> =
             products.iter().filter(|(of, _)| *of == class).map(|(_, product)| *product).collect();

@@ -1,6 +1,6 @@
 //! Converts computed points to a map with its stated error.
 
-use super::classes::{CLASSES, Classes, kind, squares_lx2_of};
+use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
@@ -95,7 +95,7 @@ impl Planner<'_> {
             products.extend(products_of_more);
             let class_of = checked.iter().map(|(_, light)| classes.class(light));
             direct_of_class =
-                squares_lx2_of(&class_of.zip(products).collect::<Vec<(usize, f64)>>(), &measured.direct, true);
+                squares_of(&class_of.zip(products).collect::<Vec<(usize, f64)>>(), &measured.direct, true);
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
             let chosen = choose(entries, LAST_INDIRECT_PLACES, seed, map);
@@ -106,7 +106,7 @@ impl Planner<'_> {
             let products = checked.products(checked.chosen.iter().map(|entry| lights[*entry]));
             let indirect = MeanSquare::of(&products);
             let kinds = checked.chosen.iter().map(|entry| kind(lights[*entry].indirect_set));
-            indirect_of_kind = squares_lx2_of(&kinds.zip(products).collect::<Vec<(usize, f64)>>(), &indirect, false);
+            indirect_of_kind = squares_of(&kinds.zip(products).collect::<Vec<(usize, f64)>>(), &indirect, false);
             let rays = checked.rays;
             measured.indirect = indirect;
             measured.rays += rays;

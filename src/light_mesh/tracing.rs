@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::anew::{sample_direct, walks_of_entry_lx};
+use super::anew::{sample_direct, walks_of_entry};
 use super::entries::Entries;
 use super::exact::{light_samples_are_exact, sample_all_emitters};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
@@ -130,26 +130,26 @@ pub fn light_of(
                 }
                 if entries.draw_lines_of_sight() {
                     if let IndirectBy::Walks(walks) = indirect {
-                        let (halves, rays) = walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
+                        let (halves, rays) = walks_of_entry(around, entries, *entry, *walks, seed, &mut gather.cut);
                         light.indirect = halves;
                         gather.counts.walk_rays += rays;
                     }
                     return light;
                 }
-                light.direct = light.direct.map(|lx| lx + entries.own_light_cd_m2(*entry));
+                light.direct = light.direct.map(|sum| sum + entries.own_light_cd_m2(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
                     spot.with_receiver(around.world, |receiver| {
                         match direct {
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
-                                light.direct = light.direct.map(|lx| lx + weight * here.illuminance_lx);
+                                light.direct = light.direct.map(|sum| sum + weight * here.illuminance_lx);
                                 light.set = light.set.max(here.set);
                                 light.disputed += weight * here.disputed_lx;
                             }
                             DirectBy::Points(points) => {
                                 let here = points.as_point_sources_lx(around.world, receiver);
-                                light.direct = light.direct.map(|lx| lx + weight * here.value);
+                                light.direct = light.direct.map(|sum| sum + weight * here.value);
                                 exact_rays += here.rays;
                             }
                             DirectBy::Rays { .. } => {}

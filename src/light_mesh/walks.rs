@@ -165,26 +165,26 @@ pub fn walks_at_place_lx(
     seed: u64,
     cut: &mut Cut,
 ) -> ([f64; HALVES], u64) {
-    in_halves_lx(place_number, walks, seed, |stream| sample_at_place_lx(around, receiver, cut, stream))
+    in_halves(place_number, walks, seed, |stream| sample_at_place_lx(around, receiver, cut, stream))
 }
 
 /// Returns the means of `count` samples from the number `first` on, in two halves, and the number of rays. The sequence of each half is
 /// spread evenly.
-pub fn in_halves_lx(
+pub fn in_halves(
     place_number: u64,
     [first, count]: [u32; 2],
     seed: u64,
     mut sample: impl FnMut(&mut Stream) -> Traced,
 ) -> ([f64; HALVES], u64) {
     let mut stream = Stream::new(seed, Purpose::LightMesh, FROM_PLACES, 0);
-    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    let (mut sums, mut rays) = ([0.0; HALVES], 0);
     for walk in first..first + count {
         let half = walk as usize % HALVES;
         let sequence = HALVES as u64 * place_number + half as u64;
         stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
         let sampled = sample(&mut stream);
         rays += sampled.rays;
-        sum_lx[half] += sampled.value;
+        sums[half] += sampled.value;
     }
-    (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(count.max(1))), rays)
+    (sums.map(|sum| sum * HALVES as f64 / f64::from(count.max(1))), rays)
 }

@@ -148,7 +148,7 @@ impl ReplicaMap {
             variance += square * self.indirect_sum(entry);
             fourth += square * square * self.indirect_sum(entry);
         }
-        [direct, ScoreEvidence { variance_lx2_m2: variance, fourth, ..ScoreEvidence::default() }]
+        [direct, ScoreEvidence { weighted_variance: variance, fourth, ..ScoreEvidence::default() }]
     }
 
     /// Returns the number of elements or points of the map.
@@ -238,8 +238,8 @@ impl ReplicaMap {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
     }
 
-    /// Returns the variance in lx² of a replica's direct light, as a weighted mean over elements or points.
-    pub fn direct_variance_lx2(&self, weights: &[f64]) -> f64 {
+    /// Returns the variance of a replica's direct light in the square of the map's unit, as a weighted mean over elements or points.
+    pub fn direct_variance(&self, weights: &[f64]) -> f64 {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.direct_samples.inverse(self.site_of(entry));
@@ -295,9 +295,9 @@ impl ReplicaMap {
         self.indirect.iter().map(|slab| slab[entry]).sum()
     }
 
-    /// Returns an upper bound in lx of the mean over entries that packets could reach but none has: the light of three packets. The bound
+    /// Returns an upper bound, in the unit of the map, of the mean over entries that packets could reach but none has: the light of three packets. The bound
     /// serves as their error, since 0 would mean exact. The result is 0 if a packet has reached one.
-    pub fn unseen_bound_lx(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
+    pub fn unseen_bound(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
         let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit else {
             return 0.0;
         };

@@ -108,7 +108,7 @@ impl Scores {
         let scale = if self.of_entries > 0 { all / self.of_entries as f64 } else { 0.0 };
         let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
         ScoreEvidence {
-            variance_lx2_m2: scale * self.squares / squared_samples,
+            weighted_variance: scale * self.squares / squared_samples,
             fourth: scale * self.fourths / (squared_samples * squared_samples),
             tail,
             tail_variance: largest[..tail].iter().map(|score| score * score).sum::<f64>() / squared_samples,
@@ -120,13 +120,13 @@ impl Scores {
 /// What the scores show of a part of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScoreEvidence {
-    /// Contribution of the part to the map's squared error, times the sum of weights, in lx² m².
-    pub variance_lx2_m2: f64,
-    /// Sum of the squares of single scores' contributions to `variance_lx2_m2`.
+    /// Contribution of the part to the map's squared error, times the sum of weights, in the square of the map's unit times that of weights.
+    pub weighted_variance: f64,
+    /// Sum of the squares of single scores' contributions to `weighted_variance`.
     pub fourth: f64,
     /// Number of largest scores from which the tail is estimated.
     pub tail: usize,
-    /// Contribution of these scores to `variance_lx2_m2`.
+    /// Contribution of these scores to `weighted_variance`.
     pub tail_variance: f64,
     /// Shape of the tail: 0 exponential, from ½ on of infinite variance. `None` if too few scores, or no differing scores, give it,
     /// and for counted packets, whose tail is bounded.
@@ -290,7 +290,7 @@ mod tests {
         }
         let (one, other) = (in_one.evidence(1e4, 1e4), in_parts.evidence(1e4, 1e4));
         assert_eq!((in_one.count, one.tail, one.shape), (in_parts.count, other.tail, other.shape));
-        assert_eq!((one.tail_variance, one.variance_lx2_m2), (other.tail_variance, other.variance_lx2_m2));
+        assert_eq!((one.tail_variance, one.weighted_variance), (other.tail_variance, other.weighted_variance));
         let mut sorted = scores.clone();
         sorted.sort_by(|a, b| b.total_cmp(a));
         let exact: f64 = sorted[..one.tail].iter().map(|score| score * score).sum();
@@ -309,16 +309,16 @@ mod tests {
             }
             together.of_group((0..4).map(|_| (2.0, Some(1.0)))).add(&[1.0 + deviation(sample); 4]);
         }
-        let effective = |evidence: ScoreEvidence| evidence.variance_lx2_m2.powi(2) / evidence.fourth;
+        let effective = |evidence: ScoreEvidence| evidence.weighted_variance.powi(2) / evidence.fourth;
         let [apart, together] = [apart, together].map(|scores| scores.evidence(1000.0, 4000.0));
-        assert!((together.variance_lx2_m2 / apart.variance_lx2_m2 - 1.0).abs() < 1e-12);
+        assert!((together.weighted_variance / apart.weighted_variance - 1.0).abs() < 1e-12);
         assert!((effective(apart) / effective(together) - 4.0).abs() < 1e-9);
         // Without a level the group waits for a first score. Equal samples then have a deviation of 0.
         let mut scores = PartScores::default();
         let mut group = scores.of_group([(1.0, None), (1.0, Some(2.0))].into_iter());
         (0..3).for_each(|_| group.add(&[3.0, 4.0]));
         let evidence = scores.evidence(3.0, 6.0);
-        assert_eq!((evidence.variance_lx2_m2, scores.stepped.count, scores.stepped.of_entries), (0.0, 2, 4));
+        assert_eq!((evidence.weighted_variance, scores.stepped.count, scores.stepped.of_entries), (0.0, 2, 4));
     }
 
     #[test]
@@ -327,6 +327,6 @@ mod tests {
         let mut entry = scores.of_entry(2.0, None);
         (0..5000).for_each(|_| entry.add(3.0));
         let evidence = scores.evidence(5000.0, 5000.0);
-        assert_eq!((evidence.variance_lx2_m2, evidence.shape), (0.0, None));
+        assert_eq!((evidence.weighted_variance, evidence.shape), (0.0, None));
     }
 }

@@ -188,7 +188,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         counted().map(|(entry, weight)| weight * map.value(replica, *entry)).sum::<f64>() / shown.max(f64::MIN_POSITIVE)
     };
     let averages: Vec<f64> = if shown > 0.0 { (0..REPLICAS).map(of_replica).collect() } else { vec![0.0; REPLICAS] };
-    let unseen = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
+    let unseen = map.unseen_bound(counted().map(|(entry, _)| *entry));
     let mean = averages.iter().sum::<f64>() / REPLICAS as f64;
     // Walks give the error that the replicas of a half share through their cells, if they have measured it.
     let left = subject.average_left.unwrap_or(0.0);
@@ -241,8 +241,8 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     }
     let bound = average.value.max(average.standard_error);
     let least_unseen = match subject.places {
-        Places::Entries => map.unseen_bound_lx(std::iter::once(least.place)),
-        Places::Grid { .. } => map.unseen_bound_lx(cells[least.place].iter().map(|part| part.element as usize)),
+        Places::Entries => map.unseen_bound(std::iter::once(least.place)),
+        Places::Grid { .. } => map.unseen_bound(cells[least.place].iter().map(|part| part.element as usize)),
     };
     let least_unseen = least_unseen.min(bound);
     let without =

@@ -95,7 +95,7 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
     if context.is_over() {
         return Err("the run is over");
     }
-    let error_lx = target * job.mean_without_gathering();
+    let absolute_error = target * job.mean_without_gathering();
     let mut plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
     job.work.pilot_rays += plan.pilot_rays;
     if !is_believed(&plan, &job.weights, LEAST_FOUND..=MOST_HIDDEN, MOST_SCATTER) {
@@ -108,7 +108,7 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
             return Err("its chains seldom reach the points");
         }
     }
-    let work = WORK_OF_A_CONNECTION * job.rays_by_connecting(&plan, error_lx);
+    let work = WORK_OF_A_CONNECTION * job.rays_by_connecting(&plan, absolute_error);
     Ok(Offer { plan, work })
 }
 
@@ -195,9 +195,9 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     if job.met || job.looks.refused {
         return;
     }
-    let error_lx = target * job.judgement.mean;
-    let walks = job.work_without_gathering(context, error_lx);
-    if let Some(more) = job.work_left_to_gather(error_lx) {
+    let absolute_error = target * job.judgement.mean;
+    let walks = job.work_without_gathering(context, absolute_error);
+    if let Some(more) = job.work_left_to_gather(absolute_error) {
         let at_best = more.min(walks);
         if job.connecting.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));

@@ -84,8 +84,8 @@ pub struct Job {
     pub engine: Engine,
     /// Reason for this engine, in words for the summary.
     pub method_reason: String,
-    /// Variance of its direct light in one replica in lx², from the latest look.
-    pub direct_variance_lx2: f64,
+    /// Variance of its direct light in one replica, in the square of the map's unit, from the latest look.
+    pub direct_variance: f64,
     /// Cost of a sample as measured by the pilots, and how direct and indirect light share the work.
     costs: Costs,
     share: DirectShare,
@@ -193,7 +193,7 @@ impl Job {
             looks: Looks::default(),
             engine,
             method_reason: String::new(),
-            direct_variance_lx2: 0.0,
+            direct_variance: 0.0,
             costs: Costs::default(),
             share: DirectShare::default(),
             control_variates: ControlVariates::default(),
@@ -393,7 +393,7 @@ impl Job {
     /// Judges the present error.
     pub fn judge(&mut self, context: &Context) {
         self.looks.judged_samples = self.samples;
-        self.direct_variance_lx2 = self.map.direct_variance_lx2(&self.weights);
+        self.direct_variance = self.map.direct_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adapting.adaptive {
             let coarse = self.adapting.coarse.as_ref();

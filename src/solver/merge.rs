@@ -205,7 +205,7 @@ impl MergedMap {
     fn add(&mut self, part: ReceiversPart, share: &MapOfShare, sums: &MapSums) {
         let [direct, indirect] = self.weights.map(|weight| weight as f64);
         let places = self.places(part, share.entries);
-        let in_lx = |entry: usize| match share.counts_packets && !self.is_alike {
+        let in_unit_of_map = |entry: usize| match share.counts_packets && !self.is_alike {
             true => self.luminous_flux_lm / self.job.weights[places.of(entry)].max(f64::MIN_POSITIVE),
             false => 1.0,
         };
@@ -213,7 +213,7 @@ impl MergedMap {
         let of_direct: Vec<f64> =
             (0..share.entries).map(|entry| direct / share.direct_samples.of(entry).max(1) as f64).collect();
         let of_indirect: Vec<f64> = (0..share.entries)
-            .map(|entry| in_lx(entry) * indirect / share.indirect_samples.of(entry).max(1) as f64)
+            .map(|entry| in_unit_of_map(entry) * indirect / share.indirect_samples.of(entry).max(1) as f64)
             .collect();
         let map = &mut self.job.map;
         add_slabs(&mut map.direct, &sums.direct, &of_direct, places);

@@ -249,10 +249,10 @@ pub fn direct_at_points(
         let chunk = *first..(*first + POINTS_PER_CHUNK).min(points.end);
         let mut made = Vec::new();
         let sums = chunk.map(|entry| {
-            let mut sums_lx = [0.0; REPLICAS];
+            let mut sums_of_point = [0.0; REPLICAS];
             let point = &receivers.points[entry];
             if point.inside {
-                return sums_lx;
+                return sums_of_point;
             }
             let origin = world.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
@@ -265,17 +265,17 @@ pub fn direct_at_points(
                 &made[made.len() - 1].1
             });
             let mut sampler = DirectSampler::new(world, receivers.quantity, &receiver, &mut pass, control_variate);
-            for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
+            for (sum, stream) in sums_of_point.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
                     let sampled = sampler.sample(stream);
-                    *sum_lx += sampled.value;
+                    *sum += sampled.value;
                     entry_scores.add(sampled.value);
                     rays += sampled.rays;
                 }
             }
-            sums_lx
+            sums_of_point
         });
         let sums: Vec<[f64; REPLICAS]> = sums.collect();
         (sums, rays, scores, made)
@@ -284,9 +284,9 @@ pub fn direct_at_points(
     for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(sampled.collect::<Vec<_>>()) {
         let points = receivers.points.len();
         made.into_iter().for_each(|(entry, control_variate)| control_variates.keep(entry, points, control_variate));
-        for (offset, sums_lx) in sums.iter().enumerate() {
-            for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
-                slab[first + offset] += sum_lx;
+        for (offset, sums_of_point) in sums.iter().enumerate() {
+            for (slab, sum) in map.direct.iter_mut().zip(sums_of_point) {
+                slab[first + offset] += sum;
             }
         }
         map.scores[0].merge(scores);

@@ -28,16 +28,16 @@ pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
 }
 
 impl Job {
-    /// Rays that local estimation takes to `error_lx`, from the measurements of its pilot; at least the rays to its first looks.
+    /// Rays that local estimation takes to `absolute_error`, from the measurements of its pilot; at least the rays to its first looks.
     /// All points share the random error of its chains. With so few degrees of freedom the stop rule requires a wide margin.
-    pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
+    pub fn rays_by_connecting(&self, plan: &LocalPlan, absolute_error: f64) -> f64 {
         let cost = plan.cost(&self.weights);
-        let safe_error_lx = error_lx / plan.margin;
+        let safe_error = absolute_error / plan.margin;
         let variance = cost.variance / plan.quasi_gain;
-        let alone = variance * plan.rays_per_round / (safe_error_lx * safe_error_lx);
+        let alone = variance * plan.rays_per_round / (safe_error * safe_error);
         let first = LEAST_LOOKS * first_rounds(plan.chains_per_round, plan.rays_per_round) as f64;
         let first_rays = first * plan.rays_per_round * REPLICAS as f64;
-        self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
+        self.rays_with_direct(alone, absolute_error).max(self.rays_of_a_pass() + first_rays)
     }
 
     /// Uses local estimation instead of walks. No work on the map has been done yet.

@@ -366,7 +366,7 @@ impl Job {
     pub(super) fn gathering_parts(&self) -> Option<GatheringParts> {
         let progress = self.gathering.progress.as_ref()?;
         let residuals = self.gathered().residuals.as_ref()?.state();
-        let direct_lx2 = self.direct_variance_lx2 / REPLICAS as f64;
+        let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
         let rays_lx2 = progress.ray_squared_lx2;
         let [rays, fills, walks] = progress.rays.map(|rays| rays as f64);

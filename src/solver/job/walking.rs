@@ -23,10 +23,10 @@ impl Job {
         };
         let entries = entries.start..end.min(self.map.len());
         let part = (entries.clone(), times.clone());
-        let (sharing, expected_lx) = (self.walking.sharing, self.costs.indirect.mean);
+        let (sharing, expected) = (self.walking.sharing, self.costs.indirect.mean);
         self.divide_into_groups(context, set);
         let WalkingState { allotment, groups, carried, .. } = &self.walking;
-        let walks = PointWalks { set, allotment, carried, sharing, groups: groups.as_ref(), expected_lx };
+        let walks = PointWalks { set, allotment, carried, sharing, groups: groups.as_ref(), expected };
         self.work.rays += passes::walks_from_points(context, walks, &mut self.map, part.0, part.1);
         self.map.indirect_samples = after_passes(entries, times, self.map.len());
     }
@@ -85,7 +85,7 @@ impl Job {
         let points = self.map.len();
         let samples = (ratio * self.samples as f64).round() as u64;
         let scale = samples as f64 / self.samples as f64;
-        self.map.indirect.iter_mut().flatten().for_each(|sum_lx| *sum_lx *= scale);
+        self.map.indirect.iter_mut().flatten().for_each(|sum| *sum *= scale);
         self.map.indirect_samples = Tally { complete: samples, partial: 0 };
         self.map.forget_indirect_scores();
         // A kept ray for each ray that the new passes would take, so that rays per sample are those of the passes to come.

@@ -215,7 +215,7 @@ impl PilotAnchor {
             number,
             entry,
             scale: anchors.scale(number),
-            own_level: anchors.own_level_lx(number),
+            own_level: anchors.own_level(number),
             bound_factor: 1.0,
         };
         let of_entry = |(index, entry): (usize, &usize)| {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{POINTS_PER_CHUNK, merged};
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::receiver::Receiver;
-use crate::estimators::reception::sample_reflected_lx;
+use crate::estimators::reception::sample_reflected;
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Tally};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -31,8 +31,8 @@ pub struct PointWalks<'a> {
     /// How neighbours share what their walks meet, and the groups of those that do.
     pub sharing: Sharing,
     pub groups: Option<&'a Groups>,
-    /// Approximate indirect illuminance of the points in lx.
-    pub expected_lx: f64,
+    /// Approximate indirect light of the points, in the unit of the set.
+    pub expected: f64,
 }
 
 /// Indirect illuminance of a group in lx from all scores so far, the same for all slices of work up to rounding. It approximates the
@@ -94,7 +94,7 @@ pub fn walks_from_points(
         let mut scores = PartScores::for_task(whole);
         let mut cut = Cut::default();
         let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
-        for (offset, sum_lx) in sums.iter_mut().enumerate() {
+        for (offset, sum) in sums.iter_mut().enumerate() {
             let (entry, point) = (first + offset, &receivers[first + offset]);
             if point.inside {
                 continue;
@@ -108,12 +108,12 @@ pub fn walks_from_points(
                 let first_walk = carried.first_walk(entry, pass, walks);
                 for walk in first_walk..first_walk + walks {
                     stream.seek_quasi(stream_index(entry, walk), entry as u64, walk);
-                    found += sample_reflected_lx(world, quantity, &receiver, &mut cut, &mut stream);
+                    found += sample_reflected(world, quantity, &receiver, &mut cut, &mut stream);
                 }
                 rays += found.rays;
-                let lx = found.value / walks as f64;
-                *sum_lx += lx;
-                entry_scores.add(lx);
+                let score = found.value / walks as f64;
+                *sum += score;
+                entry_scores.add(score);
             }
         }
         (rays, scores)
@@ -122,7 +122,8 @@ pub fn walks_from_points(
     merged(&mut map.scores[1], done)
 }
 
-/// Does passes of walks where neighbours share what their walks meet first. The points of a group take equally many walks.
+/// Does passes of walks where neighbours share what their walks meet first. Only points of illuminance do. The points of a group take equally
+/// many walks.
 fn shared_walks(
     context: &Context,
     walks: &PointWalks,
@@ -130,7 +131,7 @@ fn shared_walks(
     map: &mut ReplicaMap,
     (points, passes): (Range<usize>, Range<u64>),
 ) -> u64 {
-    let PointWalks { set, allotment, carried, sharing, expected_lx, .. } = *walks;
+    let PointWalks { set, allotment, carried, sharing, expected: expected_lx, .. } = *walks;
     let (world, receivers) = (context.world, &context.scene.receivers[set]);
     map.fix_indirect_levels(points.clone());
     let (whole, levels) = (&map.scores[1], &map.levels[1]);

@@ -9,7 +9,7 @@ use super::{
 use crate::base::scattered::scattered;
 use crate::estimators::neighbours::{Neighbour, SharedWalks, Sharing};
 use crate::estimators::receiver::Receiver;
-use crate::estimators::reception::sample_reflected_lx;
+use crate::estimators::reception::sample_reflected;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -110,7 +110,7 @@ fn cost_alone(context: &Context, set: usize, walks: u64, part: u32) -> IndirectC
     let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut cut = Cut::default();
         let mut site = Sites::default();
-        site.add(context, weight, walks, || sample_reflected_lx(world, quantity, receiver, &mut cut, stream));
+        site.add(context, weight, walks, || sample_reflected(world, quantity, receiver, &mut cut, stream));
         site.weighed = cut.weighed as f64;
         site
     };
