@@ -4,19 +4,41 @@ use super::picture::{Picture, escaped};
 
 /// A table under construction. The caption is escaped later; headings and cells are markup already.
 pub struct HtmlTable {
-    head: Vec<(String, bool)>,
+    head: Vec<Vec<Heading>>,
+    /// Class of each column's cells; empty for numbers.
+    classes: Vec<&'static str>,
     rows: Vec<(Vec<String>, bool)>,
     caption: String,
+}
+
+/// A heading of one column, of several, or of a row of headings.
+pub struct Heading {
+    pub markup: String,
+    /// Columns that it spans.
+    pub columns: usize,
+    pub class: &'static str,
+    /// What it is the heading of, as HTML names it: `col`, `colgroup` or `row`.
+    pub scope: &'static str,
+}
+
+impl Heading {
+    /// The heading of a column whose cells have a class.
+    pub fn column(markup: impl Into<String>, class: &'static str) -> Heading {
+        Heading { markup: markup.into(), columns: 1, class, scope: "col" }
+    }
 }
 
 impl HtmlTable {
     /// A table with its columns: heading (markup), and whether the column holds text.
     pub fn new(caption: &str, head: &[(&str, bool)]) -> HtmlTable {
-        HtmlTable {
-            head: head.iter().map(|(heading, is_text)| ((*heading).to_owned(), *is_text)).collect(),
-            rows: Vec::new(),
-            caption: caption.to_owned(),
-        }
+        let classes: Vec<&str> = head.iter().map(|(_, is_text)| if *is_text { "text" } else { "" }).collect();
+        let head = head.iter().zip(&classes).map(|((markup, _), class)| Heading::column(*markup, *class)).collect();
+        HtmlTable { caption: caption.to_owned(), ..HtmlTable::with_head(vec![head], classes) }
+    }
+
+    /// A table with several rows of headings, and the class of each column's cells.
+    pub fn with_head(head: Vec<Vec<Heading>>, classes: Vec<&'static str>) -> HtmlTable {
+        HtmlTable { head, classes, rows: Vec::new(), caption: String::new() }
     }
 
     /// Adds a row of markup.
@@ -31,22 +53,22 @@ impl HtmlTable {
 
     /// The table as markup. On a narrow screen it scrolls in its own box.
     pub fn markup(&self) -> String {
-        let class = |index: usize| {
-            if self.head.get(index).is_some_and(|(_, is_text)| *is_text) { " class=\"text\"" } else { "" }
+        let classed = |class: &str| if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+        let spanning = |columns: usize| if columns == 1 { String::new() } else { format!(" colspan=\"{columns}\"") };
+        let heading = |Heading { markup, columns, class, scope }: &Heading| {
+            format!("<th{}{} scope=\"{scope}\">{markup}</th>", classed(class), spanning(*columns))
         };
+        let head: Vec<String> =
+            self.head.iter().map(|row| format!("<tr>{}</tr>", row.iter().map(heading).collect::<String>())).collect();
         let mut page = String::from("<div class=\"scroll\">\n<table>\n");
         if !self.caption.is_empty() {
             page += &format!("<caption>{}</caption>\n", escaped(&self.caption));
         }
-        page.push_str("<thead><tr>");
-        for (index, (heading, _)) in self.head.iter().enumerate() {
-            page += &format!("<th{} scope=\"col\">{heading}</th>", class(index));
-        }
-        page.push_str("</tr></thead>\n<tbody>\n");
+        page += &format!("<thead>{}</thead>\n<tbody>\n", head.join("\n"));
         for (cells, is_total) in &self.rows {
             page.push_str(if *is_total { "<tr class=\"total\">" } else { "<tr>" });
             for (index, cell) in cells.iter().enumerate() {
-                page += &format!("<td{}>{cell}</td>", class(index));
+                page += &format!("<td{}>{cell}</td>", classed(self.classes.get(index).copied().unwrap_or("")));
             }
             page.push_str("</tr>\n");
         }

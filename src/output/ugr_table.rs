@@ -1,6 +1,6 @@
 //! A luminaire's UGR table as files: `ugr-table.csv`, `ugr-corrections.csv`, and `ugr-table.html` for a data sheet.
 
-use super::html::{HtmlTable, figure};
+use super::html::{Heading, HtmlTable, figure};
 use super::lines::line_item;
 use super::picture::{Picture, escaped};
 use super::report::STYLE;
@@ -162,40 +162,37 @@ fn page(heading: &UgrTableHeading, table: &UgrTable, corrections: &[SpacingCorre
 
 fn rating_table(table: &UgrTable) -> String {
     let sets = table.reflectances.len();
-    let mut page = String::from("<table>\n<thead>\n");
-    for (place, name) in [say!("Reflectances: ceiling"), say!("walls"), say!("reference plane")].into_iter().enumerate()
-    {
-        page += &format!("<tr><th class=\"text\" colspan=\"2\" scope=\"row\">{name}</th>");
-        for (column, set) in table.reflectances.iter().cycle().take(2 * sets).enumerate() {
-            page += &format!("<th{} scope=\"col\">{}</th>", gap(column % sets), percents(set[place]));
-        }
-        page.push_str("</tr>\n");
-    }
-    page += &format!(
-        "<tr><th scope=\"col\">X</th><th scope=\"col\">Y</th><th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">{}</th>\
-         <th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">{}</th></tr>\n</thead>\n<tbody>\n",
-        say!("viewed crosswise"),
-        say!("viewed endwise")
-    );
+    // The first column of each viewing direction has a gap before it.
+    let of_a_viewing = (0..sets).map(|place| if place == 0 { "first" } else { "" });
+    let of_ratings: Vec<&str> = Viewing::BOTH.iter().flat_map(|_| of_a_viewing.clone()).collect();
+    let names = [say!("Reflectances: ceiling"), say!("walls"), say!("reference plane")];
+    let reflectances = names.into_iter().enumerate().map(|(place, name)| {
+        let name = Heading { markup: name.to_owned(), columns: 2, class: "text", scope: "row" };
+        let sets = table.reflectances.iter().cycle().zip(&of_ratings);
+        let sets = sets.map(|(set, class)| Heading::column(percents(set[place]), *class));
+        std::iter::once(name).chain(sets).collect::<Vec<Heading>>()
+    });
+    let viewing =
+        |name: &str| Heading { markup: name.to_owned(), columns: sets, class: "first group", scope: "colgroup" };
+    let sizes = vec![
+        Heading::column("X", ""),
+        Heading::column("Y", ""),
+        viewing(say!("viewed crosswise")),
+        viewing(say!("viewed endwise")),
+    ];
+    let head = reflectances.chain([sizes]).collect();
+    let mut ratings = HtmlTable::with_head(head, [&["", ""], &of_ratings[..]].concat());
     let mut above = None;
     for room in &table.rooms {
-        let across = if above == Some(room.size_h[0]) { String::new() } else { format!("{}H", room.size_h[0]) };
-        above = Some(room.size_h[0]);
-        page += &format!("<tr><td>{across}</td><td>{}H</td>", room.size_h[1]);
-        for viewing in Viewing::BOTH {
-            for place in 0..sets {
-                page += &format!("<td{}>{}</td>", gap(place), escaped(&decimal(rating_text(room.ugr(viewing, place)))));
-            }
-        }
-        page.push_str("</tr>\n");
+        let [x_h, y_h] = room.size_h;
+        let across = if above == Some(x_h) { String::new() } else { format!("{x_h}H") };
+        above = Some(x_h);
+        let of_viewing = |viewing: Viewing| (0..sets).map(move |place| room.ugr(viewing, place));
+        let of_room = Viewing::BOTH.into_iter().flat_map(of_viewing);
+        let of_room = of_room.map(|ugr| escaped(&decimal(rating_text(ugr))));
+        ratings.row([across, format!("{y_h}H")].into_iter().chain(of_room).collect());
     }
-    page.push_str("</tbody>\n</table>\n");
-    page
-}
-
-/// The class of a column's cells, which makes the gap before the first.
-fn gap(place: usize) -> &'static str {
-    if place == 0 { " class=\"first\"" } else { "" }
+    ratings.markup()
 }
 
 /// A reflectance in percent, without the sign, to a tenth.
