@@ -9,7 +9,7 @@ use super::picture::escaped;
 use super::sheet::{Sheet, SheetCell};
 use super::texts::say;
 use super::verdicts::probability_words;
-use super::{OutputError, ResultFile};
+use super::{OutputError, StreamedFile};
 use crate::maps::{
     ComponentMeans, DaylightFactors, Estimate, MapValues, NO_SKY_PERCENT, SHARES_WANTED, TableKind, TableRow,
 };
@@ -49,15 +49,18 @@ const COLUMNS: &[&str] = &[
     "minimum_target_certainty",
 ];
 
-/// Makes `daylight.csv`; `None` if there are no daylight factors.
+/// Makes `daylight.csv`, if there are daylight factors.
 ///
 /// # Errors
 ///
 /// A number that is not finite; no table may hold one.
-pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
+pub(super) fn daylight_file<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> Result<Vec<StreamedFile<'a>>, OutputError> {
     let factors = daylight_factors(scene, solution);
     if factors.is_empty() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let mut sheet = Sheet::new("daylight.csv", &columns());
     for set in &factors {
@@ -65,7 +68,7 @@ pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option
         fields.extend(numbers(set).into_iter().map(number_or_nothing));
         sheet.row(&fields)?;
     }
-    Ok(Some(sheet.finish()))
+    Ok(vec![sheet.finish().into()])
 }
 
 fn columns() -> Vec<&'static str> {

@@ -8,33 +8,9 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use tempfile::{NamedTempFile, TempPath};
 
-use super::radiance_grids::GRIDS_INFO;
 use super::texts::{in_language, language};
 use super::{OutputError, ResultFile, StreamedFile};
 
-/// Names of luxmc's result files. Plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
-/// in addition.
-const OWN_NAMES: &[&str] = &[
-    "elements.csv",
-    "receivers.csv",
-    "daylight.csv",
-    "ugr.csv",
-    "luminance.csv",
-    "tables.csv",
-    "verdicts.csv",
-    "convergence.csv",
-    "convergence.svg",
-    "convergence.png",
-    "scene.vtp",
-    "scene.glb",
-    "share.luxmc",
-    "report.html",
-    "report.pdf",
-    "year.csv",
-    "year-points.csv",
-    "year-hours.csv",
-    GRIDS_INFO,
-];
 /// Bytes that are written or read at a time.
 pub(super) const BLOCK: usize = 1 << 20;
 /// Beginnings and end of temporary names: for the staged files of a run, and for files that are written one by one.
@@ -89,7 +65,7 @@ impl ResultDirectory {
             .and_then(|()| probe.close())
             .map_err(|error| OutputError::unwritable(path, "a file in it cannot be written", &error))?;
         let probe = probed.elapsed();
-        for name in OWN_NAMES.iter().chain([&SUMMARY]) {
+        for name in super::fixed_names().chain([SUMMARY]) {
             refuse_directory(&path.join(name))?;
         }
         let (path, staged) = (path.to_path_buf(), StagedFiles::default());
@@ -351,8 +327,10 @@ fn is_own(name: &str) -> bool {
         .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
     let grid = name.strip_prefix("grid-").and_then(|rest| rest.strip_suffix(".pts").or(rest.strip_suffix(".res")));
     let hourly = name.strip_prefix("hourly-").and_then(|rest| rest.strip_suffix(".csv"));
-    let part = plot.or(grid).or(hourly);
-    OWN_NAMES.contains(&name) || part.is_some_and(|part| part == super::file_name_part(part))
+    let distribution =
+        name.strip_prefix("intensity-").and_then(|rest| rest.strip_suffix(".ies").or(rest.strip_suffix(".ldt")));
+    let part = plot.or(grid).or(hourly).or(distribution);
+    super::fixed_names().any(|fixed| fixed == name) || part.is_some_and(|part| part == super::file_name_part(part))
 }
 
 #[cfg(test)]
@@ -466,9 +444,8 @@ mod tests {
         let path = home.path();
         std::fs::write(path.join("report.html"), "of someone else").expect("written");
         std::fs::write(path.join("notes.txt"), "foreign").expect("written");
-        let listed =
-            r#"{"files": ["elements.csv", "map-a.svg", "grid-a.pts", "tables.csv", "notes.txt", "../notes.txt"]}"#;
-        let names = ["elements.csv", "map-a.svg", "grid-a.pts", "tables.csv"];
+        let listed = r#"{"files": ["elements.csv", "map-a.svg", "grid-a.pts", "intensity.csv", "intensity-a.ies", "tables.csv", "notes.txt", "../notes.txt"]}"#;
+        let names = ["elements.csv", "map-a.svg", "grid-a.pts", "intensity.csv", "intensity-a.ies", "tables.csv"];
         let first: Vec<ResultFile> =
             names.map(|name| file(name, "1")).into_iter().chain([file(SUMMARY, listed)]).collect();
         run(path, &first);

@@ -3,6 +3,7 @@
 use super::leaving_light::leaving_light;
 use super::photometric_writer::{eulumdat_text, ies_text};
 use super::sheet::{Sheet, SheetCell};
+use super::streamed::StreamedFile;
 use super::{OutputError, ResultFile, file_name_part};
 use crate::scene::Scene;
 use crate::solver::Solution;
@@ -15,7 +16,10 @@ const COLUMNS: &[&str] =
 /// # Errors
 ///
 /// A number that is not finite; no table may hold one.
-pub(super) fn intensity_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
+pub(super) fn intensity_files<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> Result<Vec<StreamedFile<'a>>, OutputError> {
     let all = leaving_light(scene, solution);
     if all.is_empty() {
         return Ok(Vec::new());
@@ -43,5 +47,5 @@ pub(super) fn intensity_files(scene: &Scene, solution: &Solution) -> Result<Vec<
         files.push(ResultFile { name: format!("{stem}.ldt"), bytes: eulumdat_text(scene, light).into_bytes() });
     }
     files.insert(0, sheet.finish());
-    Ok(files)
+    Ok(files.into_iter().map(StreamedFile::from).collect())
 }

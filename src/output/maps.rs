@@ -6,23 +6,20 @@ use std::io::Write;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, daylight_file, mean_fields};
+use super::OutputError;
+use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, mean_fields};
 use super::daylight_factors::daylight_factors;
-use super::intensity::intensity_files;
-use super::observers::{maps_of, observer_files, point_fields};
-use super::radiance_grids::grid_files;
+use super::observers::{maps_of, point_fields};
 use super::sheet::{Sheet, SheetCell};
 use super::streamed::{StreamedFile, unwritable};
-use super::verdicts::verdict_file;
-use super::{OutputError, ResultFile};
 use crate::maps::basis::Linear;
-use crate::maps::{DaylightFactors, MapKind, MapResult, TableRow};
+use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
-use crate::solver::{ConvergenceRow, Solution};
+use crate::solver::Solution;
 
 /// Files whose length grows with their map.
-const ELEMENTS: &str = "elements.csv";
-const RECEIVERS: &str = "receivers.csv";
+pub(super) const ELEMENTS: &str = "elements.csv";
+pub(super) const RECEIVERS: &str = "receivers.csv";
 
 /// Rows of `elements.csv` that one thread makes at a time.
 const ROWS_OF_A_PIECE: usize = 4096;
@@ -104,47 +101,25 @@ const CONVERGENCE_COLUMNS: &[&str] = &[
     "forecast_wall_high_s",
 ];
 
-/// All tables of a run for which there is a map: a map that was not requested has no file.
-///
-/// Only `convergence.csv` contains times, so that equal maps give equal bytes in all other tables.
-///
-/// # Errors
-///
-/// A number that is not finite; no table may hold one.
-pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
-    streamed_files(scene, solution)?.into_iter().map(StreamedFile::made).collect()
+/// Makes `elements.csv`, if there is an element map.
+pub(super) fn element_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let maps = solution.maps.iter().filter(|map| map.kind == MapKind::Elements);
+    let file = |map: &'a MapResult| {
+        StreamedFile::new(ELEMENTS, move |writer| write_elements(scene, &solution.elements, map, writer))
+    };
+    Ok(maps.map(file).collect())
 }
 
-/// The same. Files whose length grows with a map are made while they are written.
-///
-/// # Errors
-///
-/// A number that is not finite.
-pub fn streamed_files<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
-    let mut files: Vec<StreamedFile> = Vec::new();
-    for map in &solution.maps {
-        if map.kind == MapKind::Elements {
-            files.push(StreamedFile::new(ELEMENTS, |writer| write_elements(scene, &solution.elements, map, writer)));
-        }
-    }
+/// Makes `receivers.csv`, if there are receiver sets of illuminance.
+pub(super) fn receiver_file<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> Result<Vec<StreamedFile<'a>>, OutputError> {
     let planes = maps_of(scene, solution, Quantity::is_illuminance);
-    if !planes.is_empty() {
-        files.push({
-            let planes = planes.clone();
-            StreamedFile::new(RECEIVERS, move |writer| write_receivers(scene, &planes, writer))
-        });
-        files.extend(grid_files(scene, &planes));
+    if planes.is_empty() {
+        return Ok(Vec::new());
     }
-    let made = |made: Vec<ResultFile>| made.into_iter().map(StreamedFile::from);
-    files.extend(daylight_file(scene, solution)?.map(StreamedFile::from));
-    files.extend(observer_files(scene, solution)?);
-    files.extend(made(intensity_files(scene, solution)?));
-    let rows = solution.maps.iter().flat_map(|map| &map.tables);
-    let factors = scene.daylight().map(|_| daylight_factors(scene, solution));
-    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()), factors.as_deref())?.into());
-    files.extend(verdict_file(scene, solution)?.map(StreamedFile::from));
-    files.push(convergence_file(&solution.convergence)?.into());
-    Ok(files)
+    Ok(vec![StreamedFile::new(RECEIVERS, move |writer| write_receivers(scene, &planes, writer))])
 }
 
 fn write_elements(
@@ -329,11 +304,15 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
     sheet.end()
 }
 
-/// Makes `tables.csv`. `factors` are the daylight factors of the sets, if all light comes from the sky.
-fn table_file<'a>(
-    rows: impl Iterator<Item = &'a TableRow>,
-    factors: Option<&[DaylightFactors]>,
-) -> Result<ResultFile, OutputError> {
+/// Makes `tables.csv`, with daylight factors if all light comes from the sky.
+///
+/// # Errors
+///
+/// A number that is not finite; no table may hold one.
+pub(super) fn table_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let rows = solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.kind.is_illuminance());
+    let factors = scene.daylight().map(|_| daylight_factors(scene, solution));
+    let factors = factors.as_deref();
     let mut columns = TABLE_COLUMNS.to_vec();
     if factors.is_some() {
         columns.extend(DAYLIGHT_FACTOR_COLUMNS);
@@ -363,12 +342,17 @@ fn table_file<'a>(
         fields.extend(factors.into_iter().flat_map(|factors| mean_fields(factors, row)));
         sheet.row(&fields)?;
     }
-    Ok(sheet.finish())
+    Ok(vec![sheet.finish().into()])
 }
 
-fn convergence_file(rows: &[ConvergenceRow]) -> Result<ResultFile, OutputError> {
+/// Makes `convergence.csv`.
+///
+/// # Errors
+///
+/// A number that is not finite; no table may hold one.
+pub(super) fn convergence_file<'a>(_: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
     let mut sheet = Sheet::new("convergence.csv", CONVERGENCE_COLUMNS);
-    for row in rows {
+    for row in &solution.convergence {
         sheet.row(&[
             SheetCell::Number(row.wall_s),
             SheetCell::Count(row.rays),
@@ -384,5 +368,5 @@ fn convergence_file(rows: &[ConvergenceRow]) -> Result<ResultFile, OutputError> 
             SheetCell::Number(row.forecast_wall_s.high),
         ])?;
     }
-    Ok(sheet.finish())
+    Ok(vec![sheet.finish().into()])
 }

@@ -61,7 +61,6 @@ pub use directory::{ResultDirectory, StagedFiles, remove_unfinished_results, wri
 pub use error::OutputError;
 pub use glb::glb_file;
 pub use leaving_light::{LeavingLight, leaving_light};
-pub use maps::{result_files, streamed_files};
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, plotted_sets, scene_plots};
 pub use report::{ReportContext, report_files};
 pub use report_observers::observer_words;
@@ -76,6 +75,71 @@ pub use verdicts::{finding_words, requirement_words};
 pub use vtk::vtk_file;
 pub use year::{AUTONOMY_WANTED, HourlyFiles, sunlight_file, year_rows, year_summary, year_tables};
 pub use year_plot::year_plots;
+
+use crate::scene::Scene;
+use crate::solver::Solution;
+
+/// Makes files of a run's results: none if the results have nothing for them.
+///
+/// # Errors
+///
+/// A number that is not finite; no table may hold one.
+type FilesOfRun = for<'a> fn(&'a Scene, &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError>;
+
+/// The tables of a run, in the order in which they are written: names, and the function that makes them.
+///
+/// Only `convergence.csv` contains times, so that equal maps give equal bytes in all other tables.
+const TABLES: [(&[&str], FilesOfRun); 9] = [
+    (&[maps::ELEMENTS], maps::element_file),
+    (&[maps::RECEIVERS], maps::receiver_file),
+    (&[radiance_grids::GRIDS_INFO], radiance_grids::grid_files),
+    (&["daylight.csv"], daylight::daylight_file),
+    (&[observers::LUMINANCES, "ugr.csv"], observers::observer_files),
+    (&["intensity.csv"], intensity::intensity_files),
+    (&["tables.csv"], maps::table_file),
+    (&["verdicts.csv"], verdicts::verdict_file),
+    (&["convergence.csv"], maps::convergence_file),
+];
+
+/// Names of other result files: plots, models, reports, shares, and tables of a year.
+const OTHER_NAMES: [&str; 10] = [
+    "convergence.svg",
+    "convergence.png",
+    "scene.vtp",
+    "scene.glb",
+    "share.luxmc",
+    "report.html",
+    "report.pdf",
+    "year.csv",
+    "year-points.csv",
+    "year-hours.csv",
+];
+
+/// Fixed names of result files. Plots of maps and luminaires (`map-….svg`, …), sensor grids (`grid-….pts`, `grid-….res`) and distributions
+/// of intensity (`intensity-….ies`, `intensity-….ldt`) come in addition.
+fn fixed_names() -> impl Iterator<Item = &'static str> {
+    TABLES.iter().flat_map(|(names, _)| *names).copied().chain(OTHER_NAMES)
+}
+
+/// All tables of a run for which there is a map: a map that was not requested has no file.
+///
+/// # Errors
+///
+/// A number that is not finite; no table may hold one.
+pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
+    streamed_files(scene, solution)?.into_iter().map(StreamedFile::made).collect()
+}
+
+/// The same. Files whose length grows with a map are made while they are written.
+///
+/// # Errors
+///
+/// A number that is not finite.
+pub fn streamed_files<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let made: Vec<Vec<StreamedFile>> =
+        TABLES.iter().map(|(_, make)| make(scene, solution)).collect::<Result<_, OutputError>>()?;
+    Ok(made.into_iter().flatten().collect())
+}
 
 /// A result file before it is written.
 #[derive(Clone, Debug, PartialEq, Eq)]

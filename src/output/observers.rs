@@ -9,7 +9,7 @@ use crate::maps::{MapKind, MapResult};
 use crate::scene::{GlareObserver, Quantity, ReceiverSet, Scene};
 use crate::solver::Solution;
 
-const LUMINANCES: &str = "luminance.csv";
+pub(super) const LUMINANCES: &str = "luminance.csv";
 const LUMINANCE_COLUMNS: &[&str] =
     &["receiver", "index", "x", "y", "z", "dx", "dy", "dz", "luminance_cd_m2", "standard_error_cd_m2"];
 const UGR_COLUMNS: &[&str] =

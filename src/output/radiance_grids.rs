@@ -2,12 +2,13 @@
 
 use serde_json::json;
 
+use super::observers::maps_of;
 use super::plots::{Stems, plotted_sets};
 use super::sheet::shortest;
 use super::streamed::{StreamedFile, unwritable};
-use super::{ResultFile, file_name_part};
-use crate::maps::MapResult;
-use crate::scene::{ReceiverPoint, Scene};
+use super::{OutputError, ResultFile, file_name_part};
+use crate::scene::{Quantity, ReceiverPoint, Scene};
+use crate::solver::Solution;
 
 /// Name of the list of grids.
 pub(super) const GRIDS_INFO: &str = "grids_info.json";
@@ -16,7 +17,8 @@ pub(super) const GRIDS_INFO: &str = "grids_info.json";
 /// order of `receivers.csv`: `x y z nx ny nz` with positions in m, or the illuminance in lx.
 ///
 /// The numbers are those of `receivers.csv`, which refuses numbers that are not finite.
-pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) -> Vec<StreamedFile<'a>> {
+pub(super) fn grid_files<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let maps = maps_of(scene, solution, Quantity::is_illuminance);
     let mut stems = Stems::default();
     let mut files: Vec<StreamedFile> = Vec::new();
     let mut list = Vec::new();
@@ -37,7 +39,7 @@ pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) 
         let list = format!("{:#}\n", serde_json::Value::Array(list));
         files.push(ResultFile { name: GRIDS_INFO.to_owned(), bytes: list.into_bytes() }.into());
     }
-    files
+    Ok(files)
 }
 
 /// A file whose lines are made while it is written.

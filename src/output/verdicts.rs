@@ -7,7 +7,7 @@ use super::numbers::{UNKNOWN, lux, significant, uncertainty, uniformity, uniform
 use super::picture::escaped;
 use super::sheet::{Sheet, SheetCell};
 use super::texts::{decimal, said, say};
-use super::{OutputError, ResultFile};
+use super::{OutputError, StreamedFile};
 use crate::base::glare::rating_text;
 use crate::control::Ruling;
 use crate::maps::Estimate;
@@ -28,15 +28,15 @@ const COLUMNS: &[&str] = &[
     "verdict",
 ];
 
-/// Makes `verdicts.csv`; `None` if no receiver set has requirements.
+/// Makes `verdicts.csv`, if a receiver set has requirements.
 ///
 /// # Errors
 ///
 /// A number that is not finite; no table may hold one.
-pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
+pub(super) fn verdict_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
     let verdicts = verdicts(scene, solution);
     if verdicts.is_empty() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let mut sheet = Sheet::new("verdicts.csv", COLUMNS);
     for verdict in &verdicts {
@@ -62,7 +62,7 @@ pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<
         cells.push(SheetCell::Text(verdict.ruling().name()));
         sheet.row(&cells)?;
     }
-    Ok(Some(sheet.finish()))
+    Ok(vec![sheet.finish().into()])
 }
 
 /// Entries of `summary.json`.
