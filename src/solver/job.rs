@@ -18,7 +18,6 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use self::connecting::first_rounds;
 pub use self::connecting::{Offer, Offered};
 pub use self::elements::Refinement;
 pub use self::engine::Engine;
@@ -33,7 +32,7 @@ use super::ends::Ends;
 use super::gathering::CellSets;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
-use super::passes::{self, ScoredArrivals};
+use super::passes;
 use super::pilot::{DirectShare, IndirectCost, direct_cost, indirect_cost};
 use super::spending::Activity;
 use crate::estimators::control_variate::ControlVariates;
@@ -45,9 +44,6 @@ const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
 /// Chains per replica that show where the flux goes, for elements that count no chains.
 const CHAINS_OF_BALANCE: u64 = 256;
-
-/// Chains per replica at which local estimation is judged for the first time.
-const FIRST_LOCAL_CHAINS: u64 = 64;
 
 /// One map in progress.
 #[derive(Serialize, Deserialize)]
@@ -209,38 +205,6 @@ impl Job {
         self.work.rays + self.work.pilot_rays
     }
 
-    /// Chains that the samples so far stand for, over all replicas; 0 in a black scene.
-    pub fn chains(&self) -> u64 {
-        let of_a_replica = match self.engine {
-            Engine::Collision => self.samples,
-            Engine::Walk => self.walks_of_a_replica(),
-            Engine::Gather => return self.ends.iter().map(Ends::packets).sum(),
-            Engine::Local(_) => self.samples * self.chains_per_round(),
-        };
-        if self.black { 0 } else { of_a_replica * REPLICAS as u64 }
-    }
-
-    /// Samples per replica that need at least `chains` chains in all.
-    pub fn samples_for(&self, chains: u64) -> u64 {
-        let per_sample = match self.engine {
-            Engine::Collision => REPLICAS as u64,
-            Engine::Walk => (REPLICAS * self.map.len().max(1)) as u64,
-            Engine::Gather => return self.gathering.goal.rays,
-            Engine::Local(_) => REPLICAS as u64 * self.chains_per_round(),
-        };
-        if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
-    }
-
-    /// Samples at which the error is judged for the first time.
-    pub fn first_samples(&self) -> u64 {
-        match self.engine {
-            _ if self.black => 1,
-            Engine::Collision | Engine::Walk => self.first_look(self.engine),
-            Engine::Gather => self.gathering.goal.rays,
-            Engine::Local(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
-        }
-    }
-
     /// Chains in one round of local estimation.
     fn chains_per_round(&self) -> u64 {
         self.connecting.plan.as_ref().map_or(1, |plan| plan.chains_per_round)
@@ -366,28 +330,6 @@ impl Job {
         self.work.rays += rays;
         self.work.direct_rays += rays;
         self.map.direct_samples = after_passes(entries, times, self.map.len());
-    }
-
-    /// Does one slice of chains, rounds or walks towards `goal` samples.
-    fn advance_indirect(&mut self, context: &Context, goal: u64) {
-        let done = self.map.indirect_samples.complete;
-        let rays_per_sample = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
-        let until = goal.min(done + (context.pace.rays_per_slice() / rays_per_sample).ceil() as u64);
-        match self.kind {
-            MapKind::Elements => self.chains_until(context, until, ScoredArrivals::IndirectOnly),
-            MapKind::Receivers(set) if self.connecting.plan.is_some() => {
-                if let Some(plan) = &self.connecting.plan
-                    && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
-                {
-                    self.work.rays += rays;
-                    self.map.indirect_samples.complete = until;
-                }
-            }
-            MapKind::Receivers(set) => match context.scene.receivers[set].intensity_table() {
-                Some(table) => self.chains_out_until(context, set, table, goal),
-                None => self.walk_from_points(context, set, goal),
-            },
-        }
     }
 
     /// Judges the present error.

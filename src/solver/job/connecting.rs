@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE};
+use super::engine::first_rounds;
+use super::{Engine, Job};
 use crate::maps::REPLICAS;
+use crate::solver::context::Context;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
 
@@ -21,13 +23,18 @@ pub struct Offer {
 /// Local estimation, or the reason why it was not considered.
 pub type Offered = Result<Offer, &'static str>;
 
-/// Rounds per replica after which local estimation is judged for the first time.
-pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
-    let affordable = RAYS_PER_SLICE / (rays_per_round.max(1.0) * REPLICAS as f64);
-    (FIRST_LOCAL_CHAINS / chains_per_round).min(affordable as u64).max(1)
-}
-
 impl Job {
+    /// Does rounds until `until` are complete. A round that a limit ends counts nothing.
+    pub(super) fn connect_until(&mut self, context: &Context, set: usize, until: u64) {
+        let done = self.map.indirect_samples.complete;
+        if let Some(plan) = &self.connecting.plan
+            && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
+        {
+            self.work.rays += rays;
+            self.map.indirect_samples.complete = until;
+        }
+    }
+
     /// Rays that local estimation takes to `absolute_error`, from the measurements of its pilot; at least the rays to its first looks.
     /// All points share the random error of its chains. With so few degrees of freedom the stop rule requires a wide margin.
     pub fn rays_by_connecting(&self, plan: &LocalPlan, absolute_error: f64) -> f64 {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Engine, Job};
 use crate::control::{
-    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, ONE_IN_TWENTY, deviation_of_work,
-    effective_scores, needed_work, spare_for_tail, work_for_tail, work_to_pass,
+    Forecast, GROWTH_AFTER_REFUSAL, ONE_IN_TWENTY, deviation_of_work, effective_scores, needed_work, spare_for_tail,
+    work_for_tail, work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
@@ -33,13 +33,7 @@ const DEVIATION_OF_PLAN: f64 = 0.4;
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
 /// Deviation of a forecast where elements must be cut.
 const DEVIATION_BY_CUTTING: f64 = 0.7;
-/// Errors fall with the work to these powers: for walks and connections from quasi-random points, and for gathering (up to a look, where
-/// cells grow with the rays). Last, the standard deviation of the power among maps.
-const EXPONENT_OF_WALKS: f64 = 0.55;
-/// Passes from which walks gain no more by quasi-random points where luminaires are near surfaces: the light of these is found by packets
-/// and by walks that meet it by chance, and this remains.
-const PASSES_TO_CHANCE: u64 = 64;
-const EXPONENT_OF_GATHERING: f64 = 0.44;
+/// Standard deviation, among maps, of the power with which errors fall with the work.
 const DEVIATION_OF_EXPONENT: f64 = 0.04;
 /// Standard deviation of the logarithm of an error of connections from quasi-random points, around their power law.
 const SCATTER_OF_CONNECTIONS: f64 = 0.06;
@@ -348,18 +342,6 @@ impl Job {
                 share.min(1.0) * all
             }
             _ => (GROWTH_AFTER_REFUSAL - 1.0) * all,
-        }
-    }
-
-    /// The power of the work with which its error falls: docs/methods.md, "The forecast".
-    pub fn error_exponent(&self, context: &Context) -> f64 {
-        match self.engine {
-            Engine::Collision => EXPONENT_OF_INDEPENDENT_SAMPLES,
-            Engine::Walk if context.world.near_luminaires.is_some() && self.samples >= PASSES_TO_CHANCE => {
-                EXPONENT_OF_INDEPENDENT_SAMPLES
-            }
-            Engine::Walk | Engine::Local(_) => EXPONENT_OF_WALKS,
-            Engine::Gather => EXPONENT_OF_GATHERING,
         }
     }
 }

@@ -3,18 +3,8 @@
 use super::{Engine, Job};
 use crate::control::accepts;
 use crate::maps::{MapKind, Unit, judge};
-use crate::scene::{Elements, Scene};
+use crate::scene::Elements;
 use crate::solver::context::Context;
-use crate::solver::local::Kernel;
-
-impl Engine {
-    /// The engine of this name; if shares had several engines, the unbiased one of the map.
-    pub fn named(name: Option<&str>, scene: &Scene, kind: MapKind, method: crate::solver::Method) -> Engine {
-        let unbiased = Engine::unbiased(scene, kind, method);
-        let all = [Engine::Gather, Engine::Walk, Engine::Local(Kernel::Bounded), Engine::Local(Kernel::Naive)];
-        all.into_iter().find(|engine| Some(engine.name()) == name).unwrap_or(unbiased)
-    }
-}
 
 impl Job {
     /// Creates a job for sums that are added later, without pilot or plan.
