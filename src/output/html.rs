@@ -32,7 +32,7 @@ impl HtmlTable {
     /// A table with its columns: heading (markup), and whether the column holds text.
     pub fn new(caption: &str, head: &[(&str, bool)]) -> HtmlTable {
         let classes: Vec<&str> = head.iter().map(|(_, is_text)| if *is_text { "text" } else { "" }).collect();
-        let head = head.iter().zip(&classes).map(|((markup, _), class)| Heading::column(*markup, *class)).collect();
+        let head = head.iter().zip(&classes).map(|((markup, _), class)| Heading::column(*markup, class)).collect();
         HtmlTable { caption: caption.to_owned(), ..HtmlTable::with_head(vec![head], classes) }
     }
 

@@ -169,7 +169,7 @@ fn rating_table(table: &UgrTable) -> String {
     let reflectances = names.into_iter().enumerate().map(|(place, name)| {
         let name = Heading { markup: name.to_owned(), columns: 2, class: "text", scope: "row" };
         let sets = table.reflectances.iter().cycle().zip(&of_ratings);
-        let sets = sets.map(|(set, class)| Heading::column(percents(set[place]), *class));
+        let sets = sets.map(|(set, class)| Heading::column(percents(set[place]), class));
         std::iter::once(name).chain(sets).collect::<Vec<Heading>>()
     });
     let viewing =
