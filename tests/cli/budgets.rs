@@ -15,7 +15,7 @@ fn cells_give_way_where_they_would_take_more_than_their_share() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let solved = |name: &str, memory: &str, threads: &str| {
         let out = home.path().join(name);
-        let options = ["--method", "gather", "--chains", "200000", "--plots", "none", "--memory-limit", memory];
+        let options = ["--method", "gather", "--chains", "50000", "--plots", "none", "--memory-limit", memory];
         let output = solve_file(&office(), &out, &[&options[..], &["--threads", threads]].concat());
         assert_eq!(code(&output), 0, "{}", errors(&output));
         let summary = summary(&out);

@@ -124,7 +124,7 @@ fn shares_and_parts_that_are_killed_at_random_moments_merge_to_the_same_bytes() 
                     .map(|name| home.path(&name));
                 let (portion, seed) = (format!("{number}/2"), seed.to_string());
                 let mut arguments = vec!["solve", text(&room), "--out", text(&out), "--seed", &seed];
-                arguments.extend(["--maps", "receivers", "--chains", "400000", "--plots", "none", "--quiet"]);
+                arguments.extend(["--maps", "receivers", "--chains", "200000", "--plots", "none", "--quiet"]);
                 arguments.extend([if by_parts { "--receivers-part" } else { "--share" }, &portion]);
                 if name == "whole" {
                     seconds_of(&arguments);

@@ -1,6 +1,7 @@
 //! Shares of a run and their merge: errors, bars, bias, and the number of shares that a target needs.
 
 use std::convert::Infallible;
+use std::sync::LazyLock;
 
 use luxmc::maps::MapResult;
 use luxmc::scene::{ReceiversPart, Scene};
@@ -47,6 +48,15 @@ fn floor(solution: &Solution) -> &MapResult {
     solution.maps.iter().find(|map| map.name == "floor").expect("the receiver set")
 }
 
+/// The cube by a run (seed 900) with 512 times the work of one share.
+static TRUTH: LazyLock<Solution> = LazyLock::new(|| with_chains(&cube(0.5, 2.0), 900, MapSelection::All, 512 * CHAINS));
+
+/// 64 shares (seed 5) of counts and of walks at 64 points.
+static SHARES: LazyLock<Vec<Kept>> = LazyLock::new(|| {
+    let (scene, settings) = (cube(0.5, 2.0), settings(Method::Collision, None));
+    (1..=64).map(|number| share(&scene, number, &settings)).collect()
+});
+
 /// Mean square deviation of one map from another, in lx².
 fn mean_square_lx2(map: &MapResult, truth: &MapResult) -> f64 {
     let pairs = map.values.value.iter().zip(&truth.values.value);
@@ -74,8 +84,7 @@ struct Groups {
 fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
     let scene = cube(0.5, 2.0);
     let settings = settings(Method::Collision, None);
-    let truth = with_chains(&scene, 900, MapSelection::Receivers, 512 * CHAINS);
-    let shares: Vec<Kept> = (1..=64).map(|number| share(&scene, number, &settings)).collect();
+    let (truth, shares) = (floor(&TRUTH), &*SHARES);
     let of_groups = |count: usize, step: usize| -> Groups {
         let all: Vec<&Kept> = (0..shares.len()).map(|index| &shares[index / step * step]).collect();
         let groups: Vec<&[&Kept]> = all.chunks(count).collect();
@@ -83,7 +92,7 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
         let part = 1.0 / (64 * groups.len()) as f64;
         for group in &groups {
             let solution = merged(&scene, &settings, group).solution;
-            let (map, truth) = (floor(&solution), floor(&truth));
+            let map = floor(&solution);
             square_lx2 += mean_square_lx2(map, truth) / groups.len() as f64;
             for (index, error_lx) in map.values.standard_error.iter().enumerate() {
                 let off_lx = map.values.value[index] - truth.values.value[index];
@@ -120,8 +129,7 @@ fn errors_fall_as_the_root_of_the_shares_and_bars_hold() {
 fn the_number_of_shares_that_a_target_takes_is_reported_within_a_tenth() {
     let scene = cube(0.5, 2.0);
     let few = settings(Method::Collision, None);
-    let shares: Vec<Kept> = (1..=60).map(|number| share(&scene, number, &few)).collect();
-    let all: Vec<&Kept> = shares.iter().collect();
+    let all: Vec<&Kept> = SHARES[..60].iter().collect();
     let of_twelve = merged(&scene, &few, &all[..12]).solution;
     let bound = of_twelve.maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     let settings = Settings { target_error: Some(0.56 * bound), ..few };
@@ -181,12 +189,11 @@ fn shares_by_different_methods_join() {
         .map(|number| share(&scene, number, &by(if number % 2 == 0 { Method::Gather } else { Method::Collision })))
         .collect();
     let solution = merged(&scene, &by(Method::Auto), &shares.iter().collect::<Vec<_>>()).solution;
-    let truth = with_chains(&scene, 900, MapSelection::All, 512 * CHAINS);
     assert_eq!(
         solution.maps.iter().map(|map| map.method.as_str()).collect::<Vec<_>>(),
         ["collision, gather", "gather, walk"]
     );
-    for (map, truth) in solution.maps.iter().zip(&truth.maps) {
+    for (map, truth) in solution.maps.iter().zip(&TRUTH.maps) {
         for (row, truth) in map.tables.iter().zip(&truth.tables) {
             let error_lx = row.average.standard_error.hypot(truth.average.standard_error);
             let off_lx = row.average.value - truth.average.value;
@@ -194,7 +201,7 @@ fn shares_by_different_methods_join() {
             assert!(off_lx.abs() < 4.5 * error_lx + share, "{}: {off_lx} ± {error_lx} lx", row.name);
         }
     }
-    let (map, truth) = (floor(&solution), floor(&truth));
+    let (map, truth) = (floor(&solution), floor(&TRUTH));
     let off = mean_square_lx2(map, truth).sqrt() / map.tables[0].average.value;
     assert!(off < 1.6 * map.error.estimated.hypot(truth.error.estimated), "{off} {:?}", map.error);
 }
@@ -223,7 +230,6 @@ fn parts(scene: &Scene, of: u32, share: Option<Share>, settings: &Settings) -> V
 #[test]
 fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
     let scene = cube(0.5, 2.0);
-    let truth = with_chains(&scene, 900, MapSelection::Receivers, 512 * CHAINS);
     let (mut squares_lx2, mut held) = ([0.0; 2], [0.0; 2]);
     let mut drift = 0.0;
     for seed in 20..36 {
@@ -231,7 +237,7 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
         let parts = parts(&scene, 4, None, &settings);
         let solution = merged(&scene, &settings, &parts.iter().collect::<Vec<_>>()).solution;
         let whole = share(&scene, 1, &settings).solution;
-        let (map, of_truth) = (floor(&solution), floor(&truth));
+        let (map, of_truth) = (floor(&solution), floor(&TRUTH));
         for (sum, map) in squares_lx2.iter_mut().zip([map, floor(&whole)]) {
             *sum += mean_square_lx2(map, of_truth) / 16.0;
         }
@@ -269,8 +275,7 @@ fn parts_of_the_receivers_come_to_the_errors_of_one_run() {
 #[test]
 fn parts_that_meet_the_target_meet_it_together_and_shares_of_parts_join() {
     let scene = cube(0.5, 2.0);
-    let truth = with_chains(&scene, 900, MapSelection::Receivers, 512 * CHAINS);
-    let truth = floor(&truth);
+    let truth = floor(&TRUTH);
     for method in [Method::Collision, Method::Gather, Method::Auto] {
         let target = Some(0.01);
         let to_target = Settings { chains: None, maps: MapSelection::Receivers, ..settings(method, target) };

@@ -38,10 +38,9 @@ fn corner() -> Scene {
     ))
 }
 
-#[test]
-fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
-    // At 1 mm from a wall the variance of the naive kernel is finite only formally. Of 40 runs of 16,384 chains (seeds 0 to 39), at least
-    // 38 must fail a check. With the bounded kernel at most 1 may fail.
+/// At 1 mm from a wall the variance of the naive kernel is finite only formally. Of some runs of 16,384 chains (seeds from 0 on), all but
+/// `most_passed` must fail a check. With the bounded kernel at most 1 may fail.
+fn naive_kernels_are_caught(seeds: u64, most_passed: u64) {
     let scene = corner();
     let run = |method: Method, seed: u64| {
         let settings =
@@ -49,15 +48,26 @@ fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
         solve(&scene, &settings, &Silent)
     };
     let mut caught = [0, 0];
-    for seed in 0..40 {
+    for seed in 0..seeds {
         for (count, method) in caught.iter_mut().zip([Method::LocalNaive, Method::Local]) {
             let solution = run(method, seed);
             assert_eq!(solution.maps[0].checks.len(), 5);
-            *count += u32::from(!failed(&solution, 0).is_empty());
+            *count += u64::from(!failed(&solution, 0).is_empty());
         }
     }
-    eprintln!("naive kernel caught in {} of 40 runs, bounded one in {}", caught[0], caught[1]);
-    assert!(caught[0] >= 38 && caught[1] <= 1, "{caught:?}");
+    eprintln!("naive kernel caught in {} of {seeds} runs, bounded one in {}", caught[0], caught[1]);
+    assert!(caught[0] + most_passed >= seeds && caught[1] <= 1, "{caught:?}");
+}
+
+#[test]
+fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
+    naive_kernels_are_caught(12, 1);
+}
+
+#[test]
+#[ignore = "takes long: .ci/run runs it"]
+fn forty_runs_of_the_naive_kernel_in_a_corner_are_caught() {
+    naive_kernels_are_caught(40, 2);
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn a_sight_between_perfect_mirrors_ends() {
         mirror("left", 0.0, "[0, 0, 3]", "[10, 0, 0]"),
         mirror("right", 1.0, "[10, 0, 0]", "[0, 0, 3]"),
     ));
-    let solution = by_method(&scene, Method::Collision, 3, 40_000);
+    let solution = by_method(&scene, Method::Collision, 3, 10_000);
     let values = |name: &str| &solution.maps.iter().find(|map| map.name == name).expect("the map").values;
     assert_eq!(values("across").value, [0.0]);
     // The images are whole numbers of metres beside the source, on either side. All light comes from them.

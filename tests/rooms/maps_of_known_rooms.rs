@@ -233,8 +233,9 @@ fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
 #[test]
 fn runs_that_say_target_met_are_at_or_under_it() {
     // True relative RMS error of the cube's element map when the run reported "target met". It is at or below the target in at least 92.5 %
-    // of 300 seeds in the slow run, and 90 % of 80 seeds otherwise. The runs take at most 1.3 times the chains of an oracle that stops when
-    // the expected error equals the target.
+    // of 300 seeds in the slow run, and in 35 of 40 seeds otherwise (α = 1.4 % for a rule that keeps 95 %). With true errors a third larger,
+    // the planted fault, it is not. The runs take at most 1.3 times the chains of an oracle that stops when the expected error equals the
+    // target.
     let reflectance = 0.5;
     let scene = cube(reflectance, 1.5);
     let elements = Elements::of(&scene);
@@ -253,9 +254,9 @@ fn runs_that_say_target_met_are_at_or_under_it() {
             truth.triangle_mean(elements.corners_m(&scene, elements.element(index))).expect("on a face").total_lx()
         })
         .collect();
-    let seeds = if slow() { 300 } else { 80 };
+    let seeds = if slow() { 300 } else { 40 };
     let target_error = 0.02;
-    let (mut met, mut true_squares, mut chains) = (0, 0.0, 0.0);
+    let (mut met, mut met_with_fault, mut true_squares, mut chains) = (0, 0, 0.0, 0.0);
     for seed in 0..seeds {
         let solution = to_target(&scene, seed, MapSelection::Elements, target_error);
         let values = &solution.maps[0].values.value;
@@ -268,11 +269,14 @@ fn runs_that_say_target_met_are_at_or_under_it() {
         }
         let true_error = (squares / area).sqrt() / (sum / area);
         met += u32::from(true_error <= target_error);
+        met_with_fault += u32::from(4.0 / 3.0 * true_error <= target_error);
         true_squares += true_error * true_error * solution.chains as f64;
         chains += solution.chains as f64;
     }
-    let share = f64::from(met) / seeds as f64;
-    assert!(share >= if slow() { 0.925 } else { 0.90 }, "{met} of {seeds} truly met");
+    let least = if slow() { 0.925 } else { 0.875 };
+    let share = |met: u32| f64::from(met) / seeds as f64;
+    assert!(share(met) >= least, "{met} of {seeds} truly met");
+    assert!(share(met_with_fault) < least, "the planted fault passed: {met_with_fault} of {seeds} truly met");
     // Expected squared error times chains is a constant of the estimator. It gives the oracle's chains.
     let oracle = true_squares / seeds as f64 / (target_error * target_error);
     let cost = chains / seeds as f64 / oracle;

@@ -1,8 +1,10 @@
 //! A stored run as the truth: errors count on both sides, a fault of two percent is detected, another scene is refused.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use luxmc::validation::{Case, run_case};
 use serde_json::{Value, json};
@@ -24,17 +26,29 @@ fn scene() -> Value {
     })
 }
 
-/// Scene, long run (seed 1000, 8 times the chains of the judged run) and a case in a new folder.
-fn home() -> TempDir {
+/// The files of a long run (seed 1000, 8 times the chains of the judged run), with their names.
+static LONG_RUN: LazyLock<Vec<(OsString, Vec<u8>)>> = LazyLock::new(|| {
     let home = TempDir::new().unwrap();
-    let at = |name: &str| home.path().join(name);
-    fs::write(at("room.json"), scene().to_string()).unwrap();
+    let (file, out) = (home.path().join("room.json"), home.path().join("long"));
+    fs::write(&file, scene().to_string()).unwrap();
     let arguments = ["--chains", "1600000", "--seed", "1000", "--plots", "none", "--quiet", "--out"];
-    let (file, out) = (at("room.json"), at("long"));
     let mut all = vec!["solve", file.to_str().unwrap()];
     all.extend(arguments);
     all.push(out.to_str().unwrap());
     assert!(luxmc(&all).status.success());
+    let files = fs::read_dir(out).unwrap().map(Result::unwrap);
+    files.map(|file| (file.file_name(), fs::read(file.path()).unwrap())).collect()
+});
+
+/// Scene, long run and a case in a new folder.
+fn home() -> TempDir {
+    let home = TempDir::new().unwrap();
+    let at = |name: &str| home.path().join(name);
+    fs::write(at("room.json"), scene().to_string()).unwrap();
+    fs::create_dir(at("long")).unwrap();
+    for (name, bytes) in LONG_RUN.iter() {
+        fs::write(at("long").join(name), bytes).unwrap();
+    }
     let truth = json!({ "function": "run", "folder": "long" });
     let criterion = json!({ "coverage_alpha": 1e-4 });
     let case = json!({
