@@ -6,7 +6,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Complex;
+use num_complex::Complex;
 
 /// Euler's constant γ.
 pub const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;

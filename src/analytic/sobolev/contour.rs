@@ -5,7 +5,7 @@
 //! reflectances. Both paths therefore give the same integral, without residues. As ρ₁ρ₂ → 1 one more pole approaches k = 0 just
 //! left of the imaginary axis. Panels are halved until G is smooth on each.
 
-use nalgebra::Complex;
+use num_complex::Complex;
 
 use super::Spectrum;
 use crate::base::quadrature::GaussLegendre;

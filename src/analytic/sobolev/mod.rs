@@ -13,7 +13,7 @@ mod tests;
 
 use std::f64::consts::PI;
 
-use nalgebra::Complex;
+use num_complex::Complex;
 
 use self::contour::{NODES, NOTHING_LEFT, Panel, PanelRule, PanelSum, TURN};
 use super::error::{AnalyticError, require, require_reflectance};
