@@ -67,7 +67,7 @@ const LEAST_RAYS_PER_PASS: f64 = 0.1;
 pub const WEIGHED_PER_RAY: f64 = 16.0;
 
 /// Approximate time of a ray between a point and a neighbour that shares it, relative to any other ray. (Measured: 0.037 µs compared with
-/// 0.13 in an office.)
+/// 0.13 in an office. Five rooms to 1 %, two seeds: 0.3 and 0.8 take 1.02 and 1.00 of the time.)
 const WORK_OF_A_SHARING_RAY: f64 = 0.55;
 
 /// Cost of one sample of one part of a map, and its scatter.

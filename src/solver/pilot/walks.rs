@@ -25,7 +25,7 @@ use crate::transport::World;
 const SITES_IN_GROUPS: usize = 512;
 const WALKS_IN_GROUPS: u64 = 1024;
 const FEWEST_WALKS: u64 = 2;
-/// Most points that share what their walks meet.
+/// Most points that share what their walks meet. (Five rooms to 1 %, two seeds: 8 take 1.04 and 32 take 1.06 of the time.)
 const MOST_NEIGHBOURS: usize = 16;
 /// Traces and stores everything that any form of sharing needs.
 const ALL: Sharing = Sharing { neighbours: MOST_NEIGHBOURS, is_levelled: true, shares_spots: true };
