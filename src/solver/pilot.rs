@@ -517,4 +517,44 @@ mod tests {
         let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];
         assert!(usual > 500 && in_haste > 0 && 50 * in_haste < usual, "{usual}, {in_haste}");
     }
+
+    /// Of 600 points beside a lamp of two triangles the pilot surveys every third one, and of 150 points all. The control variates that it
+    /// passes on are those that a run would make. Planted fault: with another number of survey samples they are not.
+    #[test]
+    fn control_variates_of_a_pilot_are_those_of_the_run() {
+        for (columns, rows, surveyed) in [(30, 20, 200), (15, 10, 150)] {
+            let text = format!(
+                r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+                "geometry": [
+                    {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }},
+                    {{ "name": "lamp", "type": "rectangle", "origin": [1,1,1.9], "u": [0,1,0], "v": [2,0,0], "material": "m" }},
+                    {{ "name": "block", "type": "box", "min": [1.5,1,0.5], "max": [2,2,1], "material": "m" }} ],
+                "luminaires": [ {{ "name": "a", "type": "area", "surface": "lamp", "exitance_lm_m2": 50 }} ],
+                "receivers": [ {{ "name": "p", "type": "grid", "origin": [0.1,0.1,0.1], "u": [3.8,0,0], "v": [0,2.8,0],
+                    "columns": {columns}, "rows": {rows} }} ] }}"#
+            );
+            let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
+            let world = World::new(&scene);
+            let context = Context::of_a_test(&scene, &world, 3);
+            let (_, made) = direct_cost_at_points(&context, 0);
+            let (mut kept, mut rays, mut others) = (0, 0, 0);
+            for (index, point) in scene.receivers[0].points.iter().enumerate() {
+                let Some(found) = made.of(index) else { continue };
+                let origin = world.tracer.side_origin(point.position_m, point.normal);
+                let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+                let of_run = |survey_samples: f64| {
+                    let mut pass = DirectPass::default();
+                    let quantity = scene.receivers[0].quantity;
+                    let made = DirectSampler::control_variate(&world, quantity, &receiver, &mut pass, survey_samples);
+                    format!("{made:?}")
+                };
+                assert_eq!(format!("{found:?}"), of_run(made.survey_samples), "point {index}");
+                others += u32::from(format!("{found:?}") != of_run(2.0 * made.survey_samples));
+                (kept, rays) = (kept + 1, rays + found.rays);
+            }
+            assert!(kept == surveyed && rays > 0 && others > 0, "{kept} {rays} {others}");
+            let to_make = rays as f64 / surveyed as f64 * (columns * rows - surveyed) as f64;
+            assert!((made.rays_to_make - to_make).abs() <= 1e-9 * to_make, "{} {to_make}", made.rays_to_make);
+        }
+    }
 }
