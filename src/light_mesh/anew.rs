@@ -31,7 +31,8 @@ pub fn sample_indirect(
     sample(around, entries, entry, false, stream, walk)
 }
 
-/// Returns one sample of an entry in the unit of the map, and the number of rays. `sample_at` samples the light at each of its points and returns the rays for it.
+/// Returns one sample of an entry in the unit of the map, and the number of rays. `sample_at` samples the light at each of its points and
+/// returns the rays for it.
 /// With `with_luminaires`, an eye also sees luminaires.
 fn sample(
     around: &Surroundings,

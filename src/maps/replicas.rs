@@ -295,8 +295,8 @@ impl ReplicaMap {
         self.indirect.iter().map(|slab| slab[entry]).sum()
     }
 
-    /// Returns an upper bound, in the unit of the map, of the mean over entries that packets could reach but none has: the light of three packets. The bound
-    /// serves as their error, since 0 would mean exact. The result is 0 if a packet has reached one.
+    /// Returns an upper bound, in the unit of the map, of the mean over entries that packets could reach but none has: the light of three
+    /// packets. The bound serves as their error, since 0 would mean exact. The result is 0 if a packet has reached one.
     pub fn unseen_bound(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
         let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit else {
             return 0.0;

@@ -321,16 +321,12 @@ fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
 }
 
 fn is_own(name: &str) -> bool {
-    let plot = ["map-", "halves-", "luminaire-", "year-"]
-        .into_iter()
-        .find_map(|prefix| name.strip_prefix(prefix))
-        .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
-    let grid = name.strip_prefix("grid-").and_then(|rest| rest.strip_suffix(".pts").or(rest.strip_suffix(".res")));
-    let hourly = name.strip_prefix("hourly-").and_then(|rest| rest.strip_suffix(".csv"));
-    let distribution =
-        name.strip_prefix("intensity-").and_then(|rest| rest.strip_suffix(".ies").or(rest.strip_suffix(".ldt")));
-    let part = plot.or(grid).or(hourly).or(distribution);
-    super::fixed_names().any(|fixed| fixed == name) || part.is_some_and(|part| part == super::file_name_part(part))
+    let is_of_series = |(start, ends): &(&str, &[&str])| {
+        let rest = name.strip_prefix(start);
+        let part = rest.and_then(|rest| ends.iter().find_map(|end| rest.strip_suffix(end)));
+        part.is_some_and(|part| part == super::file_name_part(part))
+    };
+    super::fixed_names().any(|fixed| fixed == name) || super::SERIES.iter().any(is_of_series)
 }
 
 #[cfg(test)]
@@ -444,7 +440,8 @@ mod tests {
         let path = home.path();
         std::fs::write(path.join("report.html"), "of someone else").expect("written");
         std::fs::write(path.join("notes.txt"), "foreign").expect("written");
-        let listed = r#"{"files": ["elements.csv", "map-a.svg", "grid-a.pts", "intensity.csv", "intensity-a.ies", "tables.csv", "notes.txt", "../notes.txt"]}"#;
+        let listed = r#"{"files": ["elements.csv", "map-a.svg", "grid-a.pts", "intensity.csv", "intensity-a.ies", "tables.csv",
+            "notes.txt", "../notes.txt"]}"#;
         let names = ["elements.csv", "map-a.svg", "grid-a.pts", "intensity.csv", "intensity-a.ies", "tables.csv"];
         let first: Vec<ResultFile> =
             names.map(|name| file(name, "1")).into_iter().chain([file(SUMMARY, listed)]).collect();

@@ -115,8 +115,19 @@ const OTHER_NAMES: [&str; 10] = [
     "year-hours.csv",
 ];
 
-/// Fixed names of result files. Plots of maps and luminaires (`map-….svg`, …), sensor grids (`grid-….pts`, `grid-….res`) and distributions
-/// of intensity (`intensity-….ies`, `intensity-….ldt`) come in addition.
+/// Beginnings and ends of the names of files of which there may be several: plots, sensor grids, hours of a year, distributions of intensity.
+/// A part made by [`file_name_part`] stands between them.
+const SERIES: [(&str, &[&str]); 7] = [
+    ("map-", &[".svg", ".png"]),
+    ("halves-", &[".svg", ".png"]),
+    ("luminaire-", &[".svg", ".png"]),
+    ("year-", &[".svg", ".png"]),
+    ("grid-", &[".pts", ".res"]),
+    ("hourly-", &[".csv"]),
+    ("intensity-", &[".ies", ".ldt"]),
+];
+
+/// Fixed names of result files. Those of [`SERIES`] come in addition.
 fn fixed_names() -> impl Iterator<Item = &'static str> {
     TABLES.iter().flat_map(|(names, _)| *names).copied().chain(OTHER_NAMES)
 }

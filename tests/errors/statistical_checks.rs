@@ -61,7 +61,7 @@ fn naive_kernels_are_caught(seeds: u64, most_passed: u64) {
 
 #[test]
 fn the_naive_kernel_in_a_corner_is_caught_and_the_bounded_one_is_not() {
-    naive_kernels_are_caught(12, 1);
+    naive_kernels_are_caught(12, 0);
 }
 
 #[test]

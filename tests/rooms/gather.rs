@@ -381,9 +381,9 @@ fn a_time_limit_that_is_far_off_makes_no_haste() {
     assert!(limited.rays < 2 * free.rays && free.rays < 2 * limited.rays, "{} {}", free.rays, limited.rays);
 }
 
-/// Four seeds of an office to 0.5 % (twelve to 0.3 % in the slow run). At the middle error check, with about half of the work done, the forecast of
-/// the run's rays is within 30 % in the median, and within a factor of two in three of four runs. A forecast that repeats the work done is
-/// refused.
+/// Four seeds of an office to 0.5 % (twelve to 0.3 % in the slow run). At the middle error check, with about half of the work done, the
+/// forecast of the run's rays is within 30 % in the median, and within a factor of two in three of four runs. A forecast that repeats the
+/// work done is refused.
 #[test]
 fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
     let scene = scene("office.json");

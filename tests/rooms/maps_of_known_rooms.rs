@@ -233,7 +233,7 @@ fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
 #[test]
 fn runs_that_say_target_met_are_at_or_under_it() {
     // True relative RMS error of the cube's element map when the run reported "target met". It is at or below the target in at least 92.5 %
-    // of 300 seeds in the slow run, and in 35 of 40 seeds otherwise (α = 1.4 % for a rule that keeps 95 %). With true errors a third larger,
+    // of 300 seeds in the slow run, and in 36 of 40 seeds otherwise (α = 4.8 % for a rule that keeps 95 %). With true errors a third larger,
     // the planted fault, it is not. The runs take at most 1.3 times the chains of an oracle that stops when the expected error equals the
     // target.
     let reflectance = 0.5;
@@ -273,7 +273,7 @@ fn runs_that_say_target_met_are_at_or_under_it() {
         true_squares += true_error * true_error * solution.chains as f64;
         chains += solution.chains as f64;
     }
-    let least = if slow() { 0.925 } else { 0.875 };
+    let least = if slow() { 0.925 } else { 0.90 };
     let share = |met: u32| f64::from(met) / seeds as f64;
     assert!(share(met) >= least, "{met} of {seeds} truly met");
     assert!(share(met_with_fault) < least, "the planted fault passed: {met_with_fault} of {seeds} truly met");
