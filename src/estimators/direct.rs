@@ -358,7 +358,18 @@ pub fn one_light_sample<'a>(
     let choices = world.choices(spot, receiver.point_m, receiver.normal, cut);
     // If there is no choice, the better coordinates are left for the following draws.
     let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
-    let (index, probability) = choices.choose(variate)?;
+    light_sample_of(world, choices.choose(variate)?, receiver, cost, stream)
+}
+
+/// The same of an emitter that was chosen with a known probability.
+#[inline]
+pub fn light_sample_of<'a>(
+    world: &'a World,
+    (index, probability): (u32, f64),
+    receiver: &Receiver,
+    cost: SampleCost,
+    stream: &mut Stream,
+) -> Option<Sight<'a>> {
     let emitter = &world.emitters.list()[index as usize];
     let sample = match cost {
         SampleCost::Cheap => emitter.cheap_light_sample(receiver.point_m, receiver.normal, stream)?,

@@ -54,12 +54,21 @@ pub struct Trail {
     share: f64,
     facets: [u16; MOST_SHARED],
     count: usize,
+    has_passed: bool,
 }
 
 impl Trail {
     /// Trail of a ray that starts at a point which searches for areas with a probability of `chance` (1: always).
     pub fn from(point_m: DVec3, normal: DVec3, ray_per_sr: f64, chance: f64) -> Trail {
-        Trail { point_m, normal, ray_per_sr: ray_per_sr / chance, share: 1.0, facets: [0; MOST_SHARED], count: 0 }
+        let facets = [0; MOST_SHARED];
+        Trail { point_m, normal, ray_per_sr: ray_per_sr / chance, share: 1.0, facets, count: 0, has_passed: false }
+    }
+
+    /// The start of a ray that has met neither mirror nor pane: its point in m, normal, and density per sr and over the cosine for every
+    /// search. `None` if it has.
+    #[inline]
+    pub fn straight(&self) -> Option<(DVec3, DVec3, f64)> {
+        (self.count == 0 && !self.has_passed).then_some((self.point_m, self.normal, self.ray_per_sr))
     }
 
     /// The trail after a mirror that reflects a share. `None` if no image search gets there.
@@ -72,7 +81,7 @@ impl Trail {
 
     /// The trail after a pane that transmits a share.
     pub fn passed(self, share: f64) -> Trail {
-        Trail { share: self.share * share, ..self }
+        Trail { share: self.share * share, has_passed: true, ..self }
     }
 
     /// Share of an area's light that the ray counts where it meets the area. It is z/(1 + z), with z the density of the ray over the

@@ -9,6 +9,7 @@ pub mod element;
 pub mod far_field;
 pub mod gathering;
 pub mod glare;
+pub mod highlights;
 pub mod images;
 pub mod local;
 pub mod luminance;

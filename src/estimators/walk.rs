@@ -341,7 +341,7 @@ impl Walk<'_> {
             }
             Bsdf::Translucent(bsdf) => vertex.translucent_lm_m2(bsdf, [shares, shares_behind], cut, stream),
             bsdf if bsdf.is_specular() => Traced::default(),
-            bsdf => vertex.glossy_lm_m2(bsdf, shares, cut, stream),
+            bsdf => vertex.glossy_lm_m2(bsdf, shares, &self.trail, cut, stream),
         };
         self.found += self.weight * direct;
         if let Some(lights) = world.near_luminaires.as_ref().filter(|_| connects::<C>(bsdf)) {

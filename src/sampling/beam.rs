@@ -5,9 +5,15 @@
 //! Impossible sequences are therefore never chosen. The probability of a long sequence is about in proportion to the solid angle of the
 //! beam.
 
+use std::ops::Range;
+
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 use crate::scene::{Scene, Side};
+
+/// Maximum number of flat facets in which images are searched. Each search tests all of them.
+pub const MOST_FACETS: usize = 128;
 
 /// Largest number of corners of a polygon. Cuts that would give more corners are left out. This makes the polygon larger than the beam, not
 /// smaller, and the caller checks a path facet by facet.
@@ -75,6 +81,18 @@ impl Facet {
         Facet { side, normal, part, other: None, corners_m: outline, count: 3 }
     }
 
+    /// Makes the facets of one side of some triangles. The two halves of a rectangle make one facet.
+    pub fn all_of(scene: &Scene, triangles: Range<u32>, side: Side) -> Vec<Facet> {
+        let mut facets: Vec<Facet> = Vec::new();
+        for triangle in triangles {
+            match facets.last().and_then(|last| last.joined(scene, triangle)) {
+                Some(joined) => *facets.last_mut().expect("one to join") = joined,
+                None => facets.push(Facet::new(scene, triangle, side)),
+            }
+        }
+        facets
+    }
+
     /// Adds a second triangle, with its same side, if both together form a flat convex quadrilateral.
     pub fn joined(&self, scene: &Scene, triangle: u32) -> Option<Facet> {
         let part = FacetTriangle::of(scene, triangle);
@@ -105,6 +123,20 @@ impl Facet {
         self.part.triangle
     }
 
+    /// Returns its triangles in the scene, one or two.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        [Some(self.part), self.other].into_iter().flatten().map(|part| part.triangle)
+    }
+
+    /// Returns its area in m².
+    pub fn area_m2(&self) -> f64 {
+        let area_m2 = |part: FacetTriangle| {
+            let [a, b, c] = part.corners_m;
+            0.5 * (b - a).cross(c - a).length()
+        };
+        [Some(self.part), self.other].into_iter().flatten().map(area_m2).sum()
+    }
+
     /// Height of a point above the facet in m.
     pub fn height_m(&self, point_m: DVec3) -> f64 {
         (point_m - self.corners_m[0]).dot(self.normal)
@@ -113,6 +145,12 @@ impl Facet {
     /// Returns the mirror image of a point.
     pub fn image_m(&self, point_m: DVec3) -> DVec3 {
         point_m - self.normal * (2.0 * self.height_m(point_m))
+    }
+
+    /// Whether a ray from a point in front of the facet meets it, if nothing is in between.
+    pub fn is_met(&self, from_m: DVec3, direction: DVec3) -> bool {
+        let (height_m, towards) = (self.height_m(from_m), -self.normal.dot(direction));
+        towards > 0.0 && self.crossing(from_m, from_m + direction * (2.0 * height_m / towards)).is_some()
     }
 
     /// Returns the point where a line crosses the facet; `None` outside the facet.
@@ -126,65 +164,48 @@ impl Facet {
     }
 }
 
-/// A flat convex polygon.
-#[derive(Clone, Copy, Debug)]
-struct Polygon {
-    corners_m: [DVec3; MOST_CORNERS],
-    count: usize,
+/// Corners of a flat convex polygon in m.
+type Polygon = ArrayVec<DVec3, MOST_CORNERS>;
+
+/// Puts the part of a polygon on the inner side of a plane into `kept`, and returns whether the plane cut anything off. If not, `kept` does
+/// not change.
+fn cut(corners_m: &[DVec3], point_m: DVec3, inward: DVec3, kept: &mut Polygon) -> bool {
+    let height_m = |corner_m: &DVec3| (corner_m - point_m).dot(inward);
+    if corners_m.len() == MOST_CORNERS || corners_m.iter().all(|corner_m| height_m(corner_m) >= 0.0) {
+        return false;
+    }
+    kept.clear();
+    let mut before_m = corners_m[corners_m.len() - 1];
+    let mut before = height_m(&before_m);
+    for corner_m in corners_m {
+        let here = height_m(corner_m);
+        if (before >= 0.0) != (here >= 0.0) {
+            kept.push(before_m + before / (before - here) * (corner_m - before_m));
+        }
+        if here >= 0.0 {
+            kept.push(*corner_m);
+        }
+        (before_m, before) = (*corner_m, here);
+    }
+    true
 }
 
-impl Polygon {
-    const EMPTY: Polygon = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 0 };
-
-    fn corners(&self) -> &[DVec3] {
-        &self.corners_m[..self.count]
+/// Returns the solid angle in sr as seen from a point, from a fan of triangles. The tangent of half of a triangle's solid angle is a
+/// quotient (A. van Oosterom, J. Strackee, 1983). A product of complex numbers therefore has half of the whole solid angle as its
+/// angle.
+fn polygon_solid_angle_sr(corners_m: &[DVec3], from_m: DVec3) -> f64 {
+    let seen = |i: usize| (corners_m[i] - from_m).normalize_or_zero();
+    let (first, mut before) = (seen(0), seen(1));
+    let mut product = [1.0, 0.0];
+    for i in 2..corners_m.len() {
+        let here = seen(i);
+        let real = 1.0 + first.dot(before) + before.dot(here) + here.dot(first);
+        let imaginary = first.dot((before - first).cross(here - first)).abs();
+        product = [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
+        before = here;
     }
-
-    /// Puts the part on the inner side of a plane into `kept`, and returns whether the plane cut anything off. If not, `kept` does not
-    /// change.
-    fn cut(&self, point_m: DVec3, inward: DVec3, kept: &mut Polygon) -> bool {
-        let height_m = |corner_m: &DVec3| (corner_m - point_m).dot(inward);
-        if self.count == MOST_CORNERS || self.corners().iter().all(|corner_m| height_m(corner_m) >= 0.0) {
-            return false;
-        }
-        kept.count = 0;
-        let mut before_m = self.corners_m[self.count - 1];
-        let mut before = height_m(&before_m);
-        for corner_m in self.corners() {
-            let here = height_m(corner_m);
-            if (before >= 0.0) != (here >= 0.0) {
-                kept.push(before_m + before / (before - here) * (corner_m - before_m));
-            }
-            if here >= 0.0 {
-                kept.push(*corner_m);
-            }
-            (before_m, before) = (*corner_m, here);
-        }
-        true
-    }
-
-    fn push(&mut self, corner_m: DVec3) {
-        self.corners_m[self.count] = corner_m;
-        self.count += 1;
-    }
-
-    /// Returns the solid angle in sr as seen from a point, from a fan of triangles. The tangent of half of a triangle's solid angle is a
-    /// quotient (A. van Oosterom, J. Strackee, 1983). A product of complex numbers therefore has half of the whole solid angle as its
-    /// angle.
-    fn solid_angle_sr(&self, from_m: DVec3) -> f64 {
-        let seen = |i: usize| (self.corners_m[i] - from_m).normalize_or_zero();
-        let (first, mut before) = (seen(0), seen(1));
-        let mut product = [1.0, 0.0];
-        for i in 2..self.count {
-            let here = seen(i);
-            let real = 1.0 + first.dot(before) + before.dot(here) + here.dot(first);
-            let imaginary = first.dot((before - first).cross(here - first)).abs();
-            product = [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
-            before = here;
-        }
-        // A flat polygon never covers more than half of the sphere.
-        if product[1] == 0.0 { 0.0 } else { 2.0 * product[1].atan2(product[0]).abs() }
-    }
+    // A flat polygon never covers more than half of the sphere.
+    if product[1] == 0.0 { 0.0 } else { 2.0 * product[1].atan2(product[0]).abs() }
 }
 
 /// All paths from a point over some facets.
@@ -200,7 +221,7 @@ pub struct Beam {
 }
 
 /// The next facet of a beam.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Step {
     /// Its index in the list.
     pub facet: usize,
@@ -208,7 +229,8 @@ pub struct Step {
     pub probability: f64,
     /// Cosine of incidence of the middle of the beam.
     pub cosine: f64,
-    polygon: Polygon,
+    /// Part of the facet inside the beam.
+    part: Polygon,
 }
 
 impl Beam {
@@ -225,48 +247,60 @@ impl Beam {
 
     /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle of the part of each facet inside the beam.
     pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<Step> {
-        let seen_sr = self.seen_sr(facets);
-        let total_sr: f64 = seen_sr.iter().sum();
+        let seen = self.seen(facets);
+        let (last, others) = seen.split_last()?;
+        let total_sr: f64 = seen.iter().map(|(_, sr)| sr).sum();
         let mut rest = variate * total_sr;
-        let last = seen_sr.iter().rposition(|sr| *sr > 0.0)?;
-        let chosen = seen_sr[..last].iter().position(|sr| {
+        let chosen = others.iter().find(|(_, sr)| {
             let found = rest < *sr;
             rest -= sr;
             found
         });
-        let facet = chosen.unwrap_or(last);
-        self.step(facets, facet, seen_sr[facet] / total_sr)
+        let (facet, sr) = *chosen.unwrap_or(last);
+        self.step(facets, usize::from(facet), sr / total_sr)
     }
 
     /// Returns the step to a facet with the probability of its choice; `None` where no path leads there.
     pub fn step_to(&self, facets: &[Facet], facet: usize) -> Option<Step> {
-        let seen_sr = self.seen_sr(facets);
-        let probability = seen_sr[facet] / seen_sr.iter().sum::<f64>();
-        if seen_sr[facet] > 0.0 { self.step(facets, facet, probability) } else { None }
+        let seen = self.seen(facets);
+        let (_, sr) = seen.iter().find(|(seen, _)| usize::from(*seen) == facet)?;
+        self.step(facets, facet, sr / seen.iter().map(|(_, sr)| sr).sum::<f64>())
     }
 
-    /// Returns the solid angles in sr of the parts of facets inside the beam.
-    fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
-        let mut room = [Polygon::EMPTY; 2];
-        let solid_angle_sr = |facet: &Facet| {
-            let part = self.part_of(facet, &mut room);
-            part.map_or(0.0, |part| part.solid_angle_sr(self.apex_m))
-        };
-        facets.iter().map(solid_angle_sr).collect()
+    /// Returns the facets with a part inside the beam, and the solid angles of these parts in sr. A facet alone has 1 sr, since its choice is
+    /// certain.
+    fn seen(&self, facets: &[Facet]) -> ArrayVec<(u16, f64), MOST_FACETS> {
+        let mut room = <[Polygon; 2]>::default();
+        let mut seen_sr = |facet: &Facet| Some(polygon_solid_angle_sr(self.part_of(facet, &mut room)?, self.apex_m));
+        let mut seen = ArrayVec::<(u16, f64), MOST_FACETS>::new();
+        for (facet, number) in facets.iter().zip(0..) {
+            if seen.is_empty() {
+                let is_seen = self.part_of(facet, &mut Default::default()).is_some();
+                seen.extend(is_seen.then_some((number, 1.0)));
+            } else {
+                seen.extend(seen_sr(facet).map(|sr| (number, sr)));
+            }
+        }
+        if let [(first, sr), _, ..] = &mut seen[..] {
+            *sr = seen_sr(&facets[usize::from(*first)]).unwrap_or(0.0);
+            seen.retain(|(_, sr)| *sr > 0.0);
+        }
+        seen
     }
 
     fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
-        let polygon = *self.part_of(&facets[facet], &mut [Polygon::EMPTY; 2])?;
-        let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
+        let mut room = <[Polygon; 2]>::default();
+        let corners_m = self.part_of(&facets[facet], &mut room)?;
+        let middle_m = corners_m.iter().sum::<DVec3>() / corners_m.len() as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
-        Some(Step { facet, probability, cosine, polygon })
+        Some(Step { facet, probability, cosine, part: corners_m.iter().copied().collect() })
     }
 
     /// Continues the beam by one step.
     pub fn reflect(&mut self, facet: &Facet, step: &Step) {
         self.apex_m = facet.image_m(self.apex_m);
         self.base = Some((facet.corners_m[0], facet.normal));
-        let corners = step.polygon.corners();
+        let corners = &step.part;
         let mut before = corners[corners.len() - 1] - self.apex_m;
         for (wall, corner_m) in self.walls.iter_mut().zip(corners) {
             let here = corner_m - self.apex_m;
@@ -282,24 +316,25 @@ impl Beam {
             && self.walls().iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
     }
 
-    /// Returns the part of a facet inside the beam, computed in `room`, storage for two polygons.
-    fn part_of<'r>(&self, facet: &Facet, room: &'r mut [Polygon; 2]) -> Option<&'r Polygon> {
+    /// Returns the part of a facet inside the beam, with `room` as storage for parts that are cut.
+    fn part_of<'a>(&self, facet: &'a Facet, room: &'a mut [Polygon; 2]) -> Option<&'a [DVec3]> {
         if facet.height_m(self.apex_m) <= 0.0 {
             return None;
         }
         let [mut part, mut kept] = room.each_mut();
-        part.count = facet.count;
-        part.corners_m[..facet.count].copy_from_slice(&facet.corners_m[..facet.count]);
+        let whole = &facet.corners_m[..facet.count];
+        let mut is_whole = true;
         let walls = self.walls().iter().map(|wall| (self.apex_m, *wall));
         for (point_m, inward) in self.base.into_iter().chain(walls) {
-            if part.cut(point_m, inward, kept) {
+            if cut(if is_whole { whole } else { part }, point_m, inward, kept) {
                 (part, kept) = (kept, part);
+                is_whole = false;
             }
-            if part.count < 3 {
+            if !is_whole && part.len() < 3 {
                 return None;
             }
         }
-        Some(part)
+        Some(if is_whole { whole } else { part })
     }
 }
 
@@ -320,13 +355,14 @@ mod tests {
     fn a_facet_covers_what_its_triangles_do() {
         let facet = facet();
         for apex_m in [DVec3::new(0.3, 0.2, 0.7), DVec3::new(-4.0, 3.0, 0.1), DVec3::new(1.0, 0.5, 1e-3)] {
-            let polygon = *Beam::above(apex_m, -DVec3::Z).part_of(&facet, &mut [Polygon::EMPTY; 2]).expect("seen");
+            let mut room = Default::default();
+            let part = Beam::above(apex_m, -DVec3::Z).part_of(&facet, &mut room).expect("seen");
             let of_parts: f64 = [facet.part, facet.other.expect("two")]
                 .map(|part| part.corners_m.map(|corner_m| corner_m - apex_m))
                 .iter()
                 .map(|[a, b, c]| triangle_solid_angle_sr(*a, *b, *c))
                 .sum();
-            assert!((polygon.solid_angle_sr(apex_m) / of_parts - 1.0).abs() < 1e-9, "{of_parts}");
+            assert!((polygon_solid_angle_sr(part, apex_m) / of_parts - 1.0).abs() < 1e-9, "{of_parts}");
         }
     }
 

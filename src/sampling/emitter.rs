@@ -227,6 +227,11 @@ impl Emitter {
         self.is_met_by_no_ray() && !self.has_opening()
     }
 
+    /// Returns centre and radius in m of a ball that holds it.
+    pub fn bounding_ball(&self) -> (DVec3, f64) {
+        (self.beacon.center_m, self.beacon.radius_m)
+    }
+
     /// Whether any part of it lies within a distance of a point, in m.
     pub fn is_within(&self, point_m: DVec3, distance_m: f64) -> bool {
         if !of_light!(&self.shape, light => light.is_placed()) {

@@ -7,6 +7,7 @@ pub mod emitter;
 pub mod emitter_tree;
 mod few_beacons;
 pub mod guide;
+pub mod highlight;
 mod importance;
 pub mod opening;
 pub mod random;

@@ -1,13 +1,11 @@
 //! Flat mirrors and the images of luminaires in them: of points, which no ray can meet, and of balls and areas, which few rays meet.
 
 use super::TriangleOptics;
-use crate::sampling::beam::Facet;
+use crate::sampling::beam::{Facet, MOST_FACETS};
 use crate::sampling::emitter::{Emitters, PointEmitters};
 use crate::sampling::reflection::Bsdf;
 use crate::scene::{Scene, Side, body_of};
 
-/// Maximum number of flat facets in which images are searched. Each search tests all of them.
-const MOST_FACETS: usize = 128;
 /// Maximum number of areas and balls whose images are searched. A search weighs all of them at every step.
 const MOST_AREAS: usize = 256;
 
@@ -87,16 +85,9 @@ pub(super) fn mirrors_of(
             continue;
         }
         for side in Side::of_surface(surface.two_sided) {
-            let mut open: Option<Facet> = None;
-            for triangle in surface.triangles.clone() {
-                // The two halves of a rectangle make one facet.
-                let joined = open.and_then(|open| open.joined(scene, triangle));
-                if joined.is_some() {
-                    facets.pop();
-                }
-                number[triangle as usize][*side as usize] = facets.len() as u16;
-                facets.push(joined.unwrap_or_else(|| Facet::new(scene, triangle, *side)));
-                open = if joined.is_some() { None } else { facets.last().copied() };
+            for facet in Facet::all_of(scene, surface.triangles.clone(), *side) {
+                facet.triangles().for_each(|triangle| number[triangle as usize][*side as usize] = facets.len() as u16);
+                facets.push(facet);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The life of one packet: emit → first_hit → arrive → scatter, until it is absorbed or leaves the scene.
 
 mod choice;
+mod glossy_facets;
 mod mirrors;
 mod near_emitters;
 mod near_luminaires;
@@ -17,6 +18,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
+pub use glossy_facets::GlossyFacets;
 pub use mirrors::Mirrors;
 pub use near_luminaires::NearLuminaires;
 pub use packets::{
@@ -48,6 +50,8 @@ pub struct World {
     pub emitters: Emitters,
     /// Flat mirrors in which walks search for luminaires. `None` if there is nothing to search for.
     pub mirrors: Option<Mirrors>,
+    /// Flat glossy surfaces in which walks search for highlights, if there are any.
+    pub gloss: Option<GlossyFacets>,
     /// Which luminaires are visible from which parts of the surfaces, where this changes a walk's choice: docs/methods.md (6).
     pub selection_by_region: SelectionByRegion,
     /// The same for many small cubes of space, after a run has found it worthwhile: docs/methods.md (41).
@@ -157,6 +161,7 @@ impl World {
             area_m2: scene.area_m2(),
             emitters,
             mirrors,
+            gloss: None,
             selection_by_region: SelectionByRegion::default(),
             selection_by_cell: OnceLock::new(),
             near_luminaires: None,
@@ -171,6 +176,7 @@ impl World {
             has_lobes,
         };
         unlit::mark_unlit(scene, &mut world);
+        world.gloss = GlossyFacets::of(scene, &world);
         world.selection_by_region = SelectionByRegion::of(scene, &world);
         world.near_luminaires = NearLuminaires::of(scene, &world);
         world

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
+use crate::estimators::highlights::{sample_highlights, share_of_walk};
 use crate::estimators::images::{ImageResponse, Trail, sample_areas_beside_rays, sample_points_in_mirrors};
 use crate::estimators::receiver::Receiver;
 use crate::geometry::{Origin, SurfaceHit};
@@ -17,8 +18,9 @@ use crate::transport::{
     Traced, TriangleSide, World,
 };
 
-/// Probability with which a vertex along a walk searches for areas in mirrors. A search takes as long as several rays, and its light has
-/// been reflected once more than that of the receiver's own search.
+/// Probability with which a vertex along a walk searches for areas in mirrors and for highlights. A search takes as long as several rays,
+/// and its light has been reflected once more than that of the receiver's own search. (Measured for highlights: squared error times rays in
+/// four rooms: 0.5 1.00, 1 1.04.)
 const ON_THE_WAY: f64 = 0.25;
 
 /// How a walk left the last vertex at which it took light samples.
@@ -57,7 +59,9 @@ pub(super) fn met_lm_m2(
         let share = match departure {
             Departure::Seen => 0.0,
             Departure::Mirrored => match (trail, &world.mirrors) {
-                (Some(trail), Some(mirrors)) => trail.share_of_ray(world, mirrors, index),
+                (Some(trail), Some(mirrors)) if mirrors.walks_sample_areas() => {
+                    trail.share_of_ray(world, mirrors, index)
+                }
                 _ => 1.0,
             },
             Departure::Lobe(ray) => {
@@ -233,6 +237,7 @@ impl Vertex<'_> {
         &self,
         bsdf: &Bsdf,
         [direct, mirrored]: [f64; 2],
+        trail: &Option<Trail>,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> Traced {
@@ -254,7 +259,8 @@ impl Vertex<'_> {
         // The light sample's share, 1/(1 + z), beside the ray's share in `met_lm_m2`.
         let lobe = match sight.emitter.exitance_lm_m2() {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
-            None => lobe,
+            None if lobe > 0.0 => lobe * share_of_walk(self.world, trail, (self.hit, self.direction), &sight, cut),
+            None => 0.0,
         };
         let sampled_lm_m2 = PI * (direct * bsdf.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
         mirrored + Traced { value: sampled_lm_m2, rays: 1 }
@@ -266,19 +272,19 @@ pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
     [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
 }
 
-/// The trail of a ray from a point that searches for areas in mirrors with a probability of `chance`. `None` if there are none. Only if
-/// there are some, `start` computes the point, its normal, and the ray's density per sr and over the cosine.
+/// The trail of a ray from a point that searches for areas in mirrors and for highlights with a probability of `chance`. `None` if there are
+/// none. Only if there are some, `start` computes the point, its normal, and the ray's density per sr and over the cosine.
 #[inline]
 pub fn trail_from(world: &World, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
     let samples_areas = world.mirrors.as_ref().is_some_and(Mirrors::walks_sample_areas);
-    samples_areas.then(|| {
+    (samples_areas || world.gloss.is_some()).then(|| {
         let (point_m, normal, ray_per_sr) = start();
         Trail::from(point_m, normal, ray_per_sr, chance)
     })
 }
 
-/// Illuminance of a point from images in mirrors, if there can be any, weighted by its responses. Areas are searched with a probability of
-/// `chance`, and share their light with the rays of [`trail_from`].
+/// Illuminance of a point from images in mirrors and from highlights, if there can be any, weighted by its responses. Areas and highlights
+/// are searched with a probability of `chance`, and share their light with the rays of [`trail_from`].
 #[inline]
 pub fn in_mirrors_lx(
     world: &World,
@@ -288,15 +294,19 @@ pub fn in_mirrors_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Traced {
+    let mut sum = Traced::default();
+    if let Some(gloss) = &world.gloss {
+        sum += sample_highlights((world, gloss), receiver, chance, &responses, cut, stream);
+    }
     let Some(mirrors) = &world.mirrors else {
-        return Traced::default();
+        return sum;
     };
     let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
-    let points = sample_points_in_mirrors(world, mirrors, receiver, to_points, cut, stream);
-    if !mirrors.walks_sample_areas() {
-        return points;
+    sum += sample_points_in_mirrors(world, mirrors, receiver, to_points, cut, stream);
+    if mirrors.walks_sample_areas() {
+        sum += sample_areas_beside_rays(world, mirrors, receiver, chance, responses, stream);
     }
-    points + sample_areas_beside_rays(world, mirrors, receiver, chance, responses, stream)
+    sum
 }
 
 /// The sides by which a vertex of a walk connects to packets of near luminaires, with what they send along the walk. The shares count for

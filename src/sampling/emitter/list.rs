@@ -55,10 +55,12 @@ impl Emitters {
 
     /// Returns the point-like emitters alone, if there are any.
     pub fn points(&self) -> Option<PointEmitters> {
-        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_met_by_no_ray()).cloned().collect();
+        let numbered = self.list.iter().zip(0u32..).filter(|(emitter, _)| emitter.is_met_by_no_ray());
+        let (list, numbers): (Vec<Emitter>, Vec<u32>) =
+            numbered.map(|(emitter, number)| (emitter.clone(), number)).unzip();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
         let tree = EmitterTree::of(&beacons)?;
-        Some(PointEmitters { list, tree })
+        Some(PointEmitters { list, numbers, tree })
     }
 
     /// Returns the numbers of the emitters on a side of a triangle.
@@ -138,6 +140,8 @@ impl Emitters {
 #[derive(Clone, Debug)]
 pub struct PointEmitters {
     list: Vec<Emitter>,
+    /// Their numbers among all emitters, in order.
+    numbers: Vec<u32>,
     tree: EmitterTree,
 }
 
@@ -168,5 +172,19 @@ impl PointEmitters {
         let emitter = &self.list[index as usize];
         let point = emitter.draw_point(stream)?;
         Some((PointSample { emitter, point, place: emitter.place_of_point(point.position_m) }, probability))
+    }
+
+    /// Chooses a point-like emitter in the same way. Returns its number among all emitters and the probability of the choice.
+    pub fn choose_number(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
+        self.tree.open(point_m, normal, cut);
+        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
+        Some((self.numbers[index as usize], probability))
+    }
+
+    /// Returns the probability with which [`PointEmitters::choose_number`] chooses an emitter; `None` if it is not point-like.
+    pub fn probability(&self, number: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> Option<f64> {
+        let index = self.numbers.binary_search(&number).ok()?;
+        self.tree.open(point_m, normal, cut);
+        Some(self.tree.probability(index as u32, point_m, normal, cut))
     }
 }

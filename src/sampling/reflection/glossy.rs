@@ -68,6 +68,10 @@ impl<L: Lobe> Reflection for Glossy<L> {
         self.diffuse_reflectance
     }
 
+    fn lobe_width_rad(&self) -> Option<f64> {
+        Some(self.lobe.width_rad())
+    }
+
     fn sample_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         Some(self.draw_gloss(direction, normal, stream))
     }

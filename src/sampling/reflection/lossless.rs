@@ -94,7 +94,7 @@ impl Lossless {
 }
 
 /// Draws a direction around an axis with density (n + 1)/(2π) cosⁿα.
-pub(super) fn draw_power_of_cosine(exponent: f64, axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
+pub(in crate::sampling) fn draw_power_of_cosine(exponent: f64, axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     // Computes ln cos α, then 1 − cos²α without the cancellation of narrow lobes.
     let log_cos = (-u).ln_1p() / (exponent + 1.0);
     let sin_alpha = (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt();

@@ -26,6 +26,7 @@ pub use blinn::Blinn;
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use glossy::Glossy;
+pub(super) use lossless::draw_power_of_cosine;
 pub use mirror::Mirror;
 pub use phong::Phong;
 pub use translucent::Translucent;
@@ -64,6 +65,11 @@ pub trait Reflection {
     /// Returns the reflectance of the diffuse part of a glossy BSDF; 0 for BSDFs without a lobe.
     fn diffuse_part(&self) -> f64 {
         0.0
+    }
+
+    /// Returns the width of the lobe of a glossy BSDF in rad, about its standard deviation. `None` for BSDFs without a lobe.
+    fn lobe_width_rad(&self) -> Option<f64> {
+        None
     }
 
     /// Draws how a packet leaves by the rest of a glossy BSDF, the lobe and the term that compensates its losses. This rest has a
@@ -177,6 +183,10 @@ impl Bsdf {
 
     pub fn diffuse_part(&self) -> f64 {
         of_bsdf!(self, bsdf => bsdf.diffuse_part())
+    }
+
+    pub fn lobe_width_rad(&self) -> Option<f64> {
+        of_bsdf!(self, bsdf => bsdf.lobe_width_rad())
     }
 
     pub fn sample_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
