@@ -192,8 +192,8 @@ mod tests {
         assert!(off.abs() < 4.4, "{mean_lx} lx for {exact_lx} lx, {off} σ");
     }
 
-    /// Mean and variance of the indirect illuminance in lx at a point of the ceiling, by 200,000 samples: searches for highlights, and walks
-    /// that know of them by their trail or do not.
+    /// Mean and variance of the indirect illuminance in lx at a point of the ceiling, by 200,000 samples: searches for highlights, and
+    /// walks that know of them by their trail or do not.
     fn at_the_ceiling_lx(world: &World, searches: bool, have_trails: bool, seed: u64) -> [f64; 2] {
         let (point_m, normal) = (DVec3::new(1.2, 1.7, EDGE_M), -DVec3::Z);
         let origin = world.tracer.side_origin(point_m, normal);

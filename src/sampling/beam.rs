@@ -267,8 +267,8 @@ impl Beam {
         self.step(facets, facet, sr / seen.iter().map(|(_, sr)| sr).sum::<f64>())
     }
 
-    /// Returns the facets with a part inside the beam, and the solid angles of these parts in sr. A facet alone has 1 sr, since its choice is
-    /// certain.
+    /// Returns the facets with a part inside the beam, and the solid angles of these parts in sr. A facet alone has 1 sr, since its choice
+    /// is certain.
     fn seen(&self, facets: &[Facet]) -> ArrayVec<(u16, f64), MOST_FACETS> {
         let mut room = <[Polygon; 2]>::default();
         let mut seen_sr = |facet: &Facet| Some(polygon_solid_angle_sr(self.part_of(facet, &mut room)?, self.apex_m));

@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::beam::Facet;
 use super::reflection::draw_power_of_cosine;
 
-/// Directions are drawn up to the angle beyond which the share exp(−6) of a whole lobe would go. (Measured: squared error times rays in three rooms:
-/// exp(−4.2) 0.997, exp(−7.8) 0.998.)
+/// Directions are drawn up to the angle beyond which the share exp(−6) of a whole lobe would go. (Measured: squared error times rays in
+/// three rooms: exp(−4.2) 0.997, exp(−7.8) 0.998.)
 const OUTERMOST: f64 = 6.0;
 /// Least variance of the directions in rad², for points close to a surface that is nearly a mirror.
 const LEAST_VARIANCE: f64 = 1e-8;
@@ -21,8 +21,8 @@ pub struct Highlight {
 }
 
 impl Highlight {
-    /// The highlight on a facet with a lobe of a given width, as a point sees it. The luminaire is given as a ball, by its centre and radius
-    /// in m. `None` if the facet does not face both.
+    /// The highlight on a facet with a lobe of a given width, as a point sees it. The luminaire is given as a ball, by its centre and
+    /// radius in m. `None` if the facet does not face both.
     pub fn new(facet: &Facet, width_rad: f64, point_m: DVec3, (center_m, radius_m): (DVec3, f64)) -> Option<Highlight> {
         let (own_m, other_m) = (facet.height_m(point_m), facet.height_m(center_m));
         if own_m <= 0.0 || other_m <= 0.0 {

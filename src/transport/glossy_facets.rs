@@ -5,11 +5,11 @@ use crate::sampling::beam::Facet;
 use crate::sampling::emitter::PointEmitters;
 use crate::scene::{Scene, Side, body_of};
 
-/// Maximum number of facets in which highlights are searched: the largest by area times the reflectance of the lobe. (Measured: squared error times
-/// rays in three rooms with glossy floors and furniture: 5 facets 1.06, 11 facets 1.00, 1 facet 1.18.)
+/// Maximum number of facets in which highlights are searched: the largest by area times the reflectance of the lobe. (Measured: squared
+/// error times rays in three rooms with glossy floors and furniture: 5 facets 1.06, 11 facets 1.00, 1 facet 1.18.)
 const MOST_GLOSSY: usize = 8;
-/// Lobes wider than this, in rad, are found well by light samples. (Measured: squared error times rays with searches over that without, in one room:
-/// 0.84 at a width of 0.21, 0.96 at 0.29, 1.07 at 0.41; by time 0.85, 1.04, 1.03.)
+/// Lobes wider than this, in rad, are found well by light samples. (Measured: squared error times rays with searches over that without, in
+/// one room: 0.84 at a width of 0.21, 0.96 at 0.29, 1.07 at 0.41; by time 0.85, 1.04, 1.03.)
 const WIDEST_RAD: f64 = 0.25;
 
 /// The facets in which highlights are searched, and the emitters that have highlights.
