@@ -21,6 +21,10 @@ use crate::transport::{Mirrors, Traced, World};
 /// decide.
 const LEAST_SURVIVAL: f64 = 0.1;
 
+/// Reflectance from which on every sequence continues past its first facet. Where light of a luminaire comes by one mirror alone, chance would
+/// only add random error, in whole steps of a sample: all replicas may agree on a wrong number of them.
+const STRONG: f64 = 0.5;
+
 /// Share of sequences that continue past a step, beyond the reflectance. Sequences between perfect mirrors have no end of their own: the
 /// share that continues past the first step falls as (d + 6)⁻⁵ᐟ². This is slower than the squares of what images give between two mirrors
 /// (d⁻⁴), so the variance stays finite. It is faster than d⁻², so the work stays finite too: following a path back takes as many rays as it
@@ -116,7 +120,8 @@ fn weights_of_areas(world: &World, mirrors: &Mirrors, apex_m: DVec3, normal: DVe
 
 /// Probability with which a sequence of facets continues past one of them.
 fn survival(world: &World, facet: &Facet, step: &Reached, depth: u32) -> f64 {
-    world.bsdf(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
+    let share = world.bsdf(facet.triangle()).mirror_share(step.cosine);
+    if depth == 1 && share >= STRONG { 1.0 } else { share.max(LEAST_SURVIVAL) * decay(depth) }
 }
 
 /// A point of an emitter, chosen at a step of a beam.
