@@ -83,15 +83,15 @@ fn draw(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<ToHighlight> {
-    let step = Beam::above(from.point_m, from.normal).choose(&gloss.facets, stream.fine_unit())?;
-    let facet = &gloss.facets[step.facet];
+    let (facet, chosen_facet) = Beam::above(from.point_m, from.normal).choose(&gloss.facets, stream.fine_unit())?;
+    let mirror = &gloss.facets[facet];
     let variate = stream.fine_unit();
-    let (number, chosen) = gloss.points.choose_number(facet.image_m(from.point_m), facet.normal, variate, cut)?;
-    let highlight = highlight(world, gloss, step.facet, from.point_m, number)?;
+    let (number, chosen) = gloss.points.choose_number(mirror.image_m(from.point_m), mirror.normal, variate, cut)?;
+    let highlight = highlight(world, gloss, facet, from.point_m, number)?;
     let direction = highlight.draw(stream.pair());
-    let per_sr = step.probability * chosen * highlight.per_sr(direction);
-    let may_meet = direction.dot(from.normal) > 0.0 && facet.is_met(from.point_m, direction);
-    (may_meet && per_sr > 0.0).then_some(ToHighlight { facet: step.facet, number, direction, per_sr })
+    let per_sr = chosen_facet * chosen * highlight.per_sr(direction);
+    let may_meet = direction.dot(from.normal) > 0.0 && mirror.is_met(from.point_m, direction);
+    (may_meet && per_sr > 0.0).then_some(ToHighlight { facet, number, direction, per_sr })
 }
 
 /// Returns the highlight of an emitter on a facet as a point sees it.
@@ -134,10 +134,10 @@ fn searched_per_sr(
     if per_sr == 0.0 {
         return None;
     }
-    let step = Beam::above(point_m, normal).step_to(&gloss.facets, facet)?;
-    let facet = &gloss.facets[facet];
-    let chosen = gloss.points.probability(number, facet.image_m(point_m), facet.normal, cut)?;
-    Some(step.probability * chosen * per_sr)
+    let chosen_facet = Beam::above(point_m, normal).probability(&gloss.facets, facet)?;
+    let mirror = &gloss.facets[facet];
+    let chosen = gloss.points.probability(number, mirror.image_m(point_m), mirror.normal, cut)?;
+    Some(chosen_facet * chosen * per_sr)
 }
 
 #[cfg(test)]

@@ -21,8 +21,8 @@ use crate::transport::{Mirrors, Traced, World};
 /// decide.
 const LEAST_SURVIVAL: f64 = 0.1;
 
-/// Reflectance from which on every sequence continues past its first facet. Where light of a luminaire comes by one mirror alone, chance would
-/// only add random error, in whole steps of a sample: all replicas may agree on a wrong number of them.
+/// Reflectance from which on every sequence continues past its first facet. Where light of a luminaire comes by one mirror alone, chance
+/// would only add random error, in whole steps of a sample: all replicas may agree on a wrong number of them.
 const STRONG: f64 = 0.5;
 
 /// Share of sequences that continue past a step, beyond the reflectance. Sequences between perfect mirrors have no end of their own: the
@@ -95,11 +95,12 @@ impl Trail {
         let mut normal = self.normal;
         let mut probability = 1.0;
         for (facet, depth) in self.facets[..self.count].iter().zip(1..) {
-            let Some(step) = beam.step_to(&mirrors.facets, usize::from(*facet)) else {
+            let number = usize::from(*facet);
+            let facet = &mirrors.facets[number];
+            let (Some(chosen), Some(step)) = (beam.probability(&mirrors.facets, number), beam.step_to(facet)) else {
                 return 1.0;
             };
-            let facet = &mirrors.facets[step.facet];
-            probability *= step.probability * survival(world, facet, &step, depth);
+            probability *= chosen * survival(world, facet, &step, depth);
             beam.reflect(facet, &step);
             normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         }
@@ -273,16 +274,19 @@ fn sample_by_facets(
     let mut probability = 1.0;
     let mut sum = Traced::default();
     for depth in 1..=deepest {
-        let Some(step) = beam.choose(facets, stream.fine_unit()) else {
+        let Some((number, chosen_facet)) = beam.choose(facets, stream.fine_unit()) else {
             break;
         };
-        let facet = &facets[step.facet];
+        let facet = &facets[number];
+        let Some(step) = beam.step_to(facet) else {
+            break;
+        };
         let survival = survival(world, facet, &step, depth);
         if stream.unit() >= survival {
             break;
         }
-        probability *= step.probability * survival;
-        path.push((step.facet, beam.apex_m));
+        probability *= chosen_facet * survival;
+        path.push((number, beam.apex_m));
         beam.reflect(facet, &step);
         normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         let here = BeamPosition { apex_m: beam.apex_m, normal, facet_normal: facet.normal };

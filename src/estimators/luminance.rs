@@ -13,7 +13,7 @@ use super::direct::{DirectPass, MOST_EACH};
 use super::images::ImageResponse;
 use super::receiver::Receiver;
 use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, trace_sight};
-use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
+use super::walk::{evenly, sample_arriving_share_lx, searched_lx, trail_from};
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
@@ -97,12 +97,12 @@ impl SubPoint {
             [bsdf.spread_per_sr(&pair), bsdf.lobe_per_sr(&pair)]
                 .map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr })
         };
-        let mut sum = in_mirrors_lx(world, &receiver, 1.0, responses, cut, stream);
+        let mut sum = searched_lx(world, &receiver, 1.0, responses, cut, stream);
         if let Bsdf::Translucent(bsdf) = bsdf {
             let behind = self.behind(world);
             let per_sr = bsdf.transmittance / PI;
             let responses = |_: DVec3| evenly(per_sr, per_sr);
-            sum += in_mirrors_lx(world, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
+            sum += searched_lx(world, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
         }
         // The walk runs against the light. The BSDF is reciprocal.
         let Some(scattered) = bsdf.sample(self.direction, self.normal, stream) else {

@@ -16,7 +16,7 @@ use super::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use super::receiver::Receiver;
 use super::reception::one_plane;
 use super::small_body::SmallBody;
-use super::walk::{arriving_beside_packets_lx, evenly, in_mirrors_lx};
+use super::walk::{arriving_beside_packets_lx, evenly, searched_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -200,7 +200,7 @@ impl SharedWalks {
         let receiver = Receiver { point_m: neighbour.point_m, normal: neighbour.normal, origin: &neighbour.origin };
         let (plane, factor) = one_plane(neighbour.quantity, &receiver, stream);
         let variates = stream.pair();
-        let mirrored = in_mirrors_lx(world, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+        let mirrored = searched_lx(world, &plane, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
         let mut own = factor * mirrored;
         if let Some(lights) = &world.near_luminaires {
             let (spot, packet_rays) = lights.packet(world, self.middle_m, stream);

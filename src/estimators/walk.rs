@@ -17,7 +17,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use self::vertex::{Departure, Vertex, connecting_point, from_near_luminaires_lx, met_lm_m2};
-pub use self::vertex::{evenly, in_mirrors_lx, trail_from};
+pub use self::vertex::{evenly, searched_lx, trail_from};
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
 use crate::estimators::images::Trail;
 use crate::estimators::receiver::Receiver;
@@ -68,7 +68,7 @@ pub fn walk_parts_lx<C: Cache>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
-    let mut sampled = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let mut sampled = searched_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     if let Some(lights) = &world.near_luminaires {
         let place = (receiver.point_m, receiver.normal);
         let point = ConnectingPoint::receiver(place, receiver.origin, in_sight::<C>(world, lights));
@@ -125,7 +125,7 @@ pub fn sample_share_lx(
     stream: &mut Stream,
 ) -> Traced {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let mirrored = in_mirrors_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let mirrored = searched_lx(world, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let trail = trail_from(world, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
     let start = Start { origin: *receiver.origin, direction, trail, connected_from: None };
     mirrored + follow_lm_m2(world, start, share_of, &mut Blank, cut, stream)

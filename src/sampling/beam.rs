@@ -220,13 +220,9 @@ pub struct Beam {
     base: Option<(DVec3, DVec3)>,
 }
 
-/// The next facet of a beam.
+/// How a beam meets its next facet.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// Its index in the list.
-    pub facet: usize,
-    /// Probability of the choice.
-    pub probability: f64,
     /// Cosine of incidence of the middle of the beam.
     pub cosine: f64,
     /// Part of the facet inside the beam.
@@ -245,8 +241,9 @@ impl Beam {
         &self.walls[..self.wall_count]
     }
 
-    /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle of the part of each facet inside the beam.
-    pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<Step> {
+    /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle of the part of each facet inside the beam. Returns its
+    /// index and the probability of the choice.
+    pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<(usize, f64)> {
         let seen = self.seen(facets);
         let (last, others) = seen.split_last()?;
         let total_sr: f64 = seen.iter().map(|(_, sr)| sr).sum();
@@ -257,14 +254,14 @@ impl Beam {
             found
         });
         let (facet, sr) = *chosen.unwrap_or(last);
-        self.step(facets, usize::from(facet), sr / total_sr)
+        Some((usize::from(facet), sr / total_sr))
     }
 
-    /// Returns the step to a facet with the probability of its choice; `None` where no path leads there.
-    pub fn step_to(&self, facets: &[Facet], facet: usize) -> Option<Step> {
+    /// Returns the probability with which [`Beam::choose`] chooses a facet; `None` where no path leads to it.
+    pub fn probability(&self, facets: &[Facet], facet: usize) -> Option<f64> {
         let seen = self.seen(facets);
         let (_, sr) = seen.iter().find(|(seen, _)| usize::from(*seen) == facet)?;
-        self.step(facets, facet, sr / seen.iter().map(|(_, sr)| sr).sum::<f64>())
+        Some(sr / seen.iter().map(|(_, sr)| sr).sum::<f64>())
     }
 
     /// Returns the facets with a part inside the beam, and the solid angles of these parts in sr. A facet alone has 1 sr, since its choice
@@ -288,12 +285,13 @@ impl Beam {
         seen
     }
 
-    fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
+    /// Returns the step to a facet; `None` where no path leads there.
+    pub fn step_to(&self, facet: &Facet) -> Option<Step> {
         let mut room = <[Polygon; 2]>::default();
-        let corners_m = self.part_of(&facets[facet], &mut room)?;
+        let corners_m = self.part_of(facet, &mut room)?;
         let middle_m = corners_m.iter().sum::<DVec3>() / corners_m.len() as f64;
-        let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
-        Some(Step { facet, probability, cosine, part: corners_m.iter().copied().collect() })
+        let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facet.normal).abs();
+        Some(Step { cosine, part: corners_m.iter().copied().collect() })
     }
 
     /// Continues the beam by one step.

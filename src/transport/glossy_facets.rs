@@ -1,5 +1,7 @@
 //! Flat glossy surfaces in which walks look for the highlights of point-like luminaires.
 
+use std::sync::Arc;
+
 use super::World;
 use crate::sampling::beam::Facet;
 use crate::sampling::emitter::PointEmitters;
@@ -19,7 +21,7 @@ pub struct GlossyFacets {
     /// Width of the lobe of every facet, in rad.
     pub widths_rad: Vec<f64>,
     /// Emitters that no ray meets.
-    pub points: PointEmitters,
+    pub points: Arc<PointEmitters>,
 }
 
 impl GlossyFacets {
@@ -43,7 +45,10 @@ impl GlossyFacets {
         if found.is_empty() {
             return None;
         }
-        let points = world.emitters.points()?;
+        let points = match &world.mirrors {
+            Some(mirrors) => mirrors.points.clone(),
+            None => world.emitters.points().map(Arc::new),
+        }?;
         found.sort_by(|(one, ..), (other, ..)| other.total_cmp(one));
         found.truncate(MOST_GLOSSY);
         let (facets, widths_rad) = found.into_iter().map(|(_, facet, width_rad)| (facet, width_rad)).unzip();

@@ -1,5 +1,7 @@
 //! Flat mirrors and the images of luminaires in them: of points, which no ray can meet, and of balls and areas, which few rays meet.
 
+use std::sync::Arc;
+
 use super::TriangleOptics;
 use crate::sampling::beam::{Facet, MOST_FACETS};
 use crate::sampling::emitter::{Emitters, PointEmitters};
@@ -16,7 +18,7 @@ pub struct Mirrors {
     /// Number of the emitter that is the sun. Its images are searched like those of points.
     pub sun: Option<u32>,
     /// Emitters that are points, or draw a point, if there are any.
-    pub points: Option<PointEmitters>,
+    pub points: Option<Arc<PointEmitters>>,
     /// Numbers of the emitters that rays can meet and whose images are searched.
     pub areas: Vec<u32>,
     /// Whether these are all mirror facets of the scene.
@@ -60,7 +62,7 @@ pub(super) fn mirrors_of(
     if surfaces.is_empty() {
         return (None, Vec::new());
     }
-    let points = emitters.points();
+    let points = emitters.points().map(Arc::new);
     let sun = emitters.list().iter().position(|emitter| emitter.is_sun()).map(|number| number as u32);
     let list = emitters.list().iter().zip(0u32..);
     let mut areas: Vec<u32> =

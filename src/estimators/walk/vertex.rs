@@ -206,7 +206,7 @@ impl Vertex<'_> {
             }
             Traced { value: counted_lm_m2, rays: 1 }
         });
-        sampled + in_mirrors_lx(self.world, &self.receiver(), ON_THE_WAY, responses, cut, stream)
+        sampled + searched_lx(self.world, &self.receiver(), ON_THE_WAY, responses, cut, stream)
     }
 
     /// The same for one side of a translucent sheet, chosen at random by its share.
@@ -249,7 +249,7 @@ impl Vertex<'_> {
             let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
-        let mirrored = in_mirrors_lx(self.world, &receiver, ON_THE_WAY, responses, cut, stream);
+        let mirrored = searched_lx(self.world, &receiver, ON_THE_WAY, responses, cut, stream);
         let Some(sight) = one_light_sample(self.world, self.spot, &receiver, SampleCost::Full, cut, stream) else {
             return mirrored;
         };
@@ -286,7 +286,7 @@ pub fn trail_from(world: &World, chance: f64, start: impl FnOnce() -> (DVec3, DV
 /// Illuminance of a point from images in mirrors and from highlights, if there can be any, weighted by its responses. Areas and highlights
 /// are searched with a probability of `chance`, and share their light with the rays of [`trail_from`].
 #[inline]
-pub fn in_mirrors_lx(
+pub fn searched_lx(
     world: &World,
     receiver: &Receiver,
     chance: f64,

@@ -167,18 +167,22 @@ impl PointEmitters {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> Option<(PointSample<'_>, f64)> {
-        self.tree.open(point_m, normal, cut);
-        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
-        let emitter = &self.list[index as usize];
+        let (index, probability) = self.choose_index(point_m, normal, variate, cut)?;
+        let emitter = &self.list[index];
         let point = emitter.draw_point(stream)?;
         Some((PointSample { emitter, point, place: emitter.place_of_point(point.position_m) }, probability))
     }
 
     /// Chooses a point-like emitter in the same way. Returns its number among all emitters and the probability of the choice.
     pub fn choose_number(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
+        let (index, probability) = self.choose_index(point_m, normal, variate, cut)?;
+        Some((self.numbers[index], probability))
+    }
+
+    fn choose_index(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(usize, f64)> {
         self.tree.open(point_m, normal, cut);
         let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
-        Some((self.numbers[index as usize], probability))
+        Some((index as usize, probability))
     }
 
     /// Returns the probability with which [`PointEmitters::choose_number`] chooses an emitter; `None` if it is not point-like.
