@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::ball::Ball;
 use super::frame::Frame;
 use super::origin::{Anchor, Origin, RESOLUTION};
 use super::triangle::{Crossing, Ray};
@@ -45,6 +46,12 @@ struct Beside {
 }
 
 impl LocalBody {
+    /// Returns a ball around the body.
+    pub fn ball(&self) -> Ball {
+        let center = self.frame.to_local(self.body.center_m);
+        Ball { center, radius: self.frame.length(self.body.bounds.high), luminaire: u32::MAX }
+    }
+
     /// Returns the position of an origin. An origin on the body is placed exactly beside it, on the side that it belongs to.
     fn beside(&self, origin: &Origin) -> Beside {
         let body = &*self.body;

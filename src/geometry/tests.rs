@@ -431,3 +431,78 @@ fn what_has_something_behind_a_plane_is_not_convex() {
     assert!(Tracer::new(&soup(20, 5)).hull.is_none());
     assert!(Tracer::new(&with_ball(room(DVec3::ONE), DVec3::splat(0.5), 0.1)).hull.is_none());
 }
+
+/// Adds triangles as a surface of their own.
+fn with_surface(mut scene: Scene, vertices_m: &[DVec3], triangles: &[[u32; 3]], two_sided: bool) -> Scene {
+    let (vertex, first) = (scene.vertices_m.len() as u32, scene.triangles.len() as u32);
+    scene.vertices_m.extend(vertices_m);
+    scene.triangles.extend(triangles.iter().map(|corners| corners.map(|corner| vertex + corner)));
+    scene.divisions.resize(scene.triangles.len(), 1);
+    scene.triangle_surfaces.resize(scene.triangles.len(), scene.surfaces.len() as u32);
+    let triangles = first..scene.triangles.len() as u32;
+    scene.surfaces.push(Surface { name: "more".into(), two_sided, triangles, ..scene.surfaces[0].clone() });
+    scene
+}
+
+/// A room of 4 × 3 × 2.5 m with a solid table in it.
+fn room_with_table() -> Scene {
+    let room = room(DVec3::new(4.0, 3.0, 2.5));
+    let table = self::room(DVec3::new(1.6, 0.8, 0.75));
+    let vertices_m: Vec<DVec3> = table.vertices_m.iter().map(|place| *place + DVec3::new(1.2, 1.0, 0.0)).collect();
+    let outward: Vec<[u32; 3]> = table.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    with_surface(room, &vertices_m, &outward, false)
+}
+
+#[test]
+fn points_in_a_clear_box_see_each_other() {
+    // Points in a room, on its surfaces and on a table's, on lifted sides that face up and down: 40,000 pairs.
+    let scene = room_with_table();
+    let tracer = Tracer::new(&scene);
+    assert!(tracer.hull.is_none());
+    let (mut random, mut kinds) = (Random::of(23), Random::of(24));
+    let mut origin = |kind: f64| {
+        let place = DVec3::new(4.0, 3.0, 2.5) * random.point();
+        match (kind * 4.0) as u32 {
+            0 => tracer.free_origin(place),
+            1 => tracer.side_origin(DVec3::new(place.x, place.y, 0.0), DVec3::Z),
+            2 => tracer.side_origin(DVec3::new(place.x, place.y, 0.75), -DVec3::Z),
+            _ => tracer.surface_origin(
+                (kind * 96.0) as u32 % 24,
+                [0.5 * place.x / 4.0, 0.5 * place.y / 3.0],
+                Side::Front,
+            ),
+        }
+    };
+    let (mut known, mut hidden) = (0, 0);
+    for _ in 0..40_000 {
+        let (from, to) = (origin(kinds.uniform()), origin(kinds.uniform()));
+        let difference = to.point - from.point;
+        if from.has_below(difference) || to.has_below(-difference) {
+            continue;
+        }
+        let blocks = tracer.tree.blocks(&Ray::new(from.point, difference), &from, &to);
+        if tracer.clear.hold(&from, &to) {
+            known += 1;
+            assert!(!blocks, "{from:?} {to:?}");
+        }
+        hidden += usize::from(blocks);
+        assert_eq!(tracer.is_occluded(&from, &to), blocks);
+    }
+    assert!(known > 8_000 && hidden > 8_000, "{known} known and {hidden} hidden are no test");
+}
+
+#[test]
+fn a_floor_under_a_plate_is_in_no_clear_box() {
+    // A plate over a whole floor, less high above it than points are lifted, in a room that is not convex.
+    let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(|[x, y]| DVec3::new(x, y, 0.6e-6));
+    let tracer = Tracer::new(&with_surface(room_with_table(), &corners, &[[0, 1, 2], [0, 2, 3]], true));
+    let lamp = tracer.free_origin(DVec3::new(2.0, 1.5, 2.2));
+    assert!(tracer.clear.hold(&lamp, &tracer.side_origin(DVec3::new(1.0, 1.0, 2.5), -DVec3::Z)));
+    let mut random = Random::of(25);
+    for place in 0..1_000 {
+        let weights = [0.5 * random.uniform(), 0.5 * random.uniform()];
+        // The first two triangles are the floor.
+        let floor = tracer.surface_origin(place % 2, weights, Side::Front);
+        assert!(!tracer.clear.hold(&floor, &lamp) && tracer.is_occluded(&floor, &lamp), "{floor:?}");
+    }
+}

@@ -7,7 +7,7 @@
 
 use std::mem::MaybeUninit;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::ball::{Ball, ball_parts, meet_ball};
 use super::body::LocalBody;
@@ -48,12 +48,7 @@ impl Tree {
     /// Builds the tree over triangles with these rounded corners, except the leaves of bodies, and over balls and bodies.
     pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>, bodies: Vec<LocalBody>) -> Tree {
         let flat: Vec<u32> = (0..triangles).filter(|triangle| body_of(&bodies, *triangle).is_none()).collect();
-        let around = |of: &LocalBody| Ball {
-            center: of.frame.to_local(of.body.center_m),
-            radius: of.frame.length(of.body.bounds.high),
-            luminaire: u32::MAX,
-        };
-        let round: Vec<Ball> = balls.iter().copied().chain(bodies.iter().map(around)).collect();
+        let round: Vec<Ball> = balls.iter().copied().chain(bodies.iter().map(LocalBody::ball)).collect();
         let mut nodes = build(flat.len() as u32, |triangle| corners(flat[triangle as usize]), &round);
         nodes.renumber(|primitive| match primitive.checked_sub(flat.len() as u32) {
             Some(after) => triangles + after,
@@ -143,6 +138,38 @@ impl Tree {
                     for lane in crossings.lanes {
                         each(block * LANES + lane, crossings.lane(lane));
                     }
+                }
+            }
+        }
+    }
+
+    /// Returns boxes around the balls and the smooth bodies.
+    pub fn round_boxes(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        let balls = self.balls.iter().copied();
+        balls
+            .chain(self.bodies.iter().map(LocalBody::ball))
+            .map(|ball| [ball.center - ball.radius, ball.center + ball.radius])
+    }
+
+    /// Passes to `each` the triangles whose boxes overlap a region between two corners. `each` may shrink the region.
+    pub fn for_each_within(&self, mut low: DVec3, mut high: DVec3, mut each: impl FnMut(&mut DVec3, &mut DVec3, Slot)) {
+        let mut open = if self.nodes.nodes.is_empty() { vec![] } else { vec![Child::ROOT] };
+        while let Some(child) = open.pop() {
+            match child.what() {
+                Below::Node(node) => {
+                    let node = &self.nodes.nodes[node];
+                    let overlaps = |lane: &usize| {
+                        (0..3).all(|axis| {
+                            f64::from(node.planes[2 * axis][*lane]) <= high[axis]
+                                && f64::from(node.planes[2 * axis + 1][*lane]) >= low[axis]
+                        })
+                    };
+                    open.extend((0..LANES).filter(overlaps).map(|lane| node.children[lane]));
+                }
+                Below::Block(block) => {
+                    let slots = (block * LANES..(block + 1) * LANES)
+                        .filter(|slot| self.nodes.primitives[*slot] < self.triangles);
+                    slots.for_each(|slot| each(&mut low, &mut high, self.slot(slot)));
                 }
             }
         }
