@@ -126,7 +126,7 @@ fn table(materials: &[ProposedMaterial]) -> String {
     let rows = materials.iter().map(|material| {
         vec![material.name.clone(), material.surfaces.to_string(), words(&material.bsdf), material.known.clone()]
     });
-    text_table(&["material", "surfaces", "in the scene", "known"], &[0, 2, 3], rows)
+    text_table(&["material", "faces", "in the scene", "known"], &[0, 2, 3], rows)
 }
 
 /// Describes a material's keys in one line.

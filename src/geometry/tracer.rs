@@ -432,7 +432,7 @@ fn sight_lines(tracer: &Tracer, scene: &Scene) -> Vec<[Origin; 2]> {
         let triangle = (sums.partition_point(|sum| *sum <= place) as u32).min(sums.len() as u32 - 1);
         let is_back = scene.surface_of(triangle).two_sided && even(line, 3) > 0.5;
         let from = on(triangle, line, if is_back { Side::Back } else { Side::Front });
-        if line % 2 == 0 {
+        if line.is_multiple_of(2) {
             let (sine, turn) = (even(line, 2).sqrt(), std::f64::consts::TAU * even(line, 3));
             let normal = from.normal.as_dvec3();
             let (along, across) = normal.any_orthonormal_pair();

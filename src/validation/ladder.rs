@@ -283,7 +283,7 @@ impl Ascent<'_> {
             if let Some(map) = solution.maps.first() {
                 estimator.clone_from(&map.method);
             }
-            if seconds > CHEAP * self.budget_s || self.method.climbs == Climb::Targets {
+            if seconds > CHEAP * self.budget_s || !self.method.takes_chains {
                 break;
             }
         }
@@ -297,12 +297,13 @@ impl Ascent<'_> {
     }
 }
 
-/// The rungs that show how a method converges: those near the expensive end. Rungs that took more rays than one with more chains
-/// are excluded, since with few chains a method may do other work instead.
+/// The rungs that show how a method converges: those near the expensive end. Rungs that took more rays than a later one are excluded,
+/// since with few chains a method may do other work instead.
 fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
     let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
-    let does_other_work = |rung: &Rung| rungs.iter().any(|other| other.chains > rung.chains && other.rays < rung.rays);
-    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !does_other_work(rung)).collect()
+    let does_other_work = |place: usize| rungs[place + 1..].iter().any(|later| later.rays < rungs[place].rays);
+    let expensive = rungs.iter().enumerate().filter(|(_, rung)| rung.seconds >= FITTED_FROM * last_s);
+    expensive.filter(|(place, _)| !does_other_work(*place)).map(|(_, rung)| rung).collect()
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
 ];
 
-const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map, divided by the map's mean. With independent samples, half the error costs four times as much: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * are extrapolated beyond the measured range. Where the truth is a long run, its own error is subtracted in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that differs only by rounding is exact, and its times are those of its cheapest run.";
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, to smaller and smaller targets, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map, divided by the map's mean. With independent samples, half the error costs four times as much: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * are extrapolated beyond the measured range. Where the truth is a long run, its own error is subtracted in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that differs only by rounding is exact, and its times are those of its cheapest run.";
 
 /// Groups the ladders by map; each group has its own pictures.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {

@@ -18,6 +18,8 @@ pub struct ComparedMethod {
     pub applies: fn(&Scene, &Settings) -> Result<(), String>,
     /// Quantity that is increased to make it more accurate.
     pub climbs: Climb,
+    /// Whether it can run a given number of chains.
+    pub takes_chains: bool,
     /// Computes a solution, or returns why it cannot.
     pub solve: fn(&Scene, &Settings, &dyn Observer) -> Result<Solution, String>,
 }
@@ -27,7 +29,7 @@ pub struct ComparedMethod {
 pub enum Climb {
     /// Number of chains, doubled on every rung.
     Chains,
-    /// Target error, just below the stated error of the rung before. Every rung is a finer mesh.
+    /// Target error, just below the stated error of the rung before. The method finds out by itself what that takes.
     Targets,
 }
 
@@ -37,7 +39,8 @@ pub const METHODS: &[ComparedMethod] = &[
         name: "auto",
         description: "for each map the method that a short pilot finds fastest; changes it if a check during the run finds another one faster",
         applies: |_, _| Ok(()),
-        climbs: Climb::Chains,
+        climbs: Climb::Targets,
+        takes_chains: true,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Auto, scene, settings, observer)),
     },
     ComparedMethod {
@@ -45,13 +48,15 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formulas",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
+        takes_chains: true,
         solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
     },
     ComparedMethod {
         name: "gather",
         description: "indirect light by gathering rays that look up cells, which other rays have filled; residual walks measure the error of the cells; direct light computed",
         applies: |_, _| Ok(()),
-        climbs: Climb::Chains,
+        climbs: Climb::Targets,
+        takes_chains: true,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Gather, scene, settings, observer)),
     },
     ComparedMethod {
@@ -59,6 +64,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "receivers by local estimation: every vertex of every chain scores at all of them, near surfaces by walks",
         applies: |scene, settings| receivers_alone(scene, settings),
         climbs: Climb::Chains,
+        takes_chains: true,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Local, scene, settings, observer)),
     },
     ComparedMethod {
@@ -66,6 +72,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "local estimation with the plain kernel, whose variance is infinite in corners",
         applies: |scene, settings| receivers_alone(scene, settings),
         climbs: Climb::Chains,
+        takes_chains: true,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::LocalNaive, scene, settings, observer)),
     },
     ComparedMethod {
@@ -73,6 +80,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "finite elements with exact form factors on closed rooms of rectangles, extrapolated over three meshes",
         applies: |scene, _| Radiosity::check(scene).map_err(|error| error.to_string()),
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| {
             solve_by_radiosity(scene, settings, observer).map_err(|error| error.to_string())
         },
@@ -82,6 +90,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "visibility of the luminaires averaged over the points of a regular mesh near each point, indirect light gathered at the mesh points",
         applies: |scene, settings| check_light_mesh(scene, settings).map_err(|error| error.to_string()),
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| {
             solve_by_light_mesh(scene, settings, &MeshChoice::default(), observer).map_err(|error| error.to_string())
         },
@@ -91,6 +100,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "one shadow ray to each luminaire, area luminaires replaced by one point: exact for point luminaires",
         applies: check_points,
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 1, observer),
     },
     ComparedMethod {
@@ -98,6 +108,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "each area luminaire replaced by 5 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 5, observer),
     },
     ComparedMethod {
@@ -105,6 +116,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "each area luminaire replaced by 25 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 25, observer),
     },
     ComparedMethod {
@@ -112,6 +124,7 @@ pub const METHODS: &[ComparedMethod] = &[
         description: "each area luminaire replaced by 225 points, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
+        takes_chains: false,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 225, observer),
     },
 ];

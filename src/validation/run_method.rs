@@ -1,6 +1,6 @@
 //! The method that a case's run or the user requests.
 
-use super::methods::{Climb, ComparedMethod, METHODS};
+use super::methods::{ComparedMethod, METHODS};
 use crate::light_mesh::IndirectForm;
 use crate::methods::{MeshChoice, solve_by_light_mesh};
 use crate::scene::Scene;
@@ -42,12 +42,12 @@ impl RunMethod {
     /// mesh.
     pub fn lacks_rule(&self, settings: &Settings) -> bool {
         let asked = settings.target_error.or(settings.time_limit_s).or(self.mesh.step_m).or(self.mesh.radius_m);
-        self.method.climbs == Climb::Targets && asked.is_none()
+        !self.method.takes_chains && asked.is_none()
     }
 
     /// Computes a solution, or returns why it cannot. A method without chains uses only the target.
     pub fn solve(&self, scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, String> {
-        let chains = settings.chains.filter(|_| self.method.climbs == Climb::Chains);
+        let chains = settings.chains.filter(|_| self.method.takes_chains);
         let settings = Settings { chains, ..settings.clone() };
         if self.method.name == LIGHT_MESH {
             return solve_by_light_mesh(scene, &settings, &self.mesh, observer).map_err(|error| error.to_string());

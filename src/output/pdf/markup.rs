@@ -177,7 +177,13 @@ fn gather(element: Node, look: &TextRun, found: &mut Vec<TextRun>) {
         let mut inner = look.clone();
         match child.tag_name().name() {
             "b" => inner.bold = true,
-            "small" => inner.small = true,
+            "small" => {
+                inner.small = true;
+                // On the page in the browser they have a line of their own.
+                if element.tag_name().name() == "dd" {
+                    found.push(TextRun { text: " ".to_owned(), ..look.clone() });
+                }
+            }
             "sub" => inner.low = true,
             "br" => found.push(TextRun { text: "\n".to_owned(), ..TextRun::default() }),
             _ => {}

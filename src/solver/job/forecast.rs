@@ -267,8 +267,13 @@ impl Job {
         let by_chains = self.connecting.offered.as_ref().and_then(|offered| offered.as_ref().ok());
         let by_chains = by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, absolute_error));
         let hoped = by_chains.map_or(by_gathering, |rays| rays.min(by_gathering));
-        // Half of the maps walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
-        self.rays_of_first_look(context) + (hoped * self.rays_without_gathering(context, absolute_error)).sqrt()
+        let without = self.rays_without_gathering(context, absolute_error);
+        let first = self.rays_of_first_look(context);
+        match self.kind {
+            MapKind::Elements => hoped.min(without).max(first),
+            // Half of the receiver sets walk in the end. So the forecast is the geometric mean of the hoped-for work and that of walks.
+            MapKind::Receivers(_) => first + (hoped * without).sqrt(),
+        }
     }
 
     /// Forecast of the rays to a target for a map that is about to gather.
