@@ -220,6 +220,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         }
     };
     let judgement = judge(map, counted().map(|(entry, weight)| (*entry, *weight)));
+    let error_of_mean = if mean > 0.0 { average.standard_error / mean } else { 0.0 };
     let mut row = TableRow {
         name: subject.name.to_owned(),
         kind: subject.kind,
@@ -233,7 +234,8 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         places,
         area_m2: subject.area_m2 - subject.covered_area_m2,
         covered_area_m2: subject.covered_area_m2,
-        estimated_error: judgement.error_of_part(),
+        // A mean of few elements that share chains may be less certain than the elements' own errors say.
+        estimated_error: judgement.error_of_part().max(error_of_mean),
         replica_averages: averages,
     };
     if places == 0 {
@@ -280,10 +282,10 @@ mod tests {
     use crate::sampling::random::{Purpose, Stream};
 
     fn row(map: &ReplicaMap) -> TableRow {
-        row_by(map, map.rare_scores())
+        row_by(map, map.rare_scores(), None)
     }
 
-    fn row_by(map: &ReplicaMap, rare_scores: RareScores) -> TableRow {
+    fn row_by(map: &ReplicaMap, rare_scores: RareScores, average_left: Option<f64>) -> TableRow {
         let entries: Vec<usize> = (0..map.len()).collect();
         let weights = vec![1.0; map.len()];
         let subject = TableSubject {
@@ -296,7 +298,7 @@ mod tests {
             covered_area_m2: 0.0,
             places: Places::Entries,
             rare_scores,
-            average_left: None,
+            average_left,
         };
         table_row(map, &subject)
     }
@@ -349,7 +351,7 @@ mod tests {
                 }
             }
             for (held, rare_scores) in held.iter_mut().zip([map.rare_scores(), RareScores::default()]) {
-                let least_lx = row_by(&map, rare_scores).minimum;
+                let least_lx = row_by(&map, rare_scores, None).minimum;
                 *held += f64::from(u8::from((least_lx.value - 4.0).abs() <= 2.13 * least_lx.standard_error));
             }
         }
@@ -446,6 +448,14 @@ mod tests {
         assert!((row.minimum.value - 10.0).abs() < 1e-12 && (row.maximum.value - 30.0).abs() < 1e-12);
         assert!((row.uniformity_ud.value - 1.0 / 3.0).abs() < 1e-12 && row.places == 3);
         assert!(row.maximum.standard_error > 0.2 && row.uniformity_ud.standard_error > 0.0, "{row:?}");
+    }
+
+    /// What cells leave unknown of a mean is part of the row's error, though all replicas agree.
+    #[test]
+    fn the_error_of_a_row_is_not_below_that_of_its_mean() {
+        let row = row_by(&counted(20.0), RareScores::default(), Some(16.0));
+        let of_mean = row.average.standard_error / row.average.value;
+        assert!(of_mean > 0.02 && row.estimated_error >= of_mean, "{row:?}");
     }
 
     /// Light without random error differs between replicas only by rounding, which is not an error. A difference of one part in a million

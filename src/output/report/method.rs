@@ -12,7 +12,8 @@ use crate::solver::{Activity, Spending};
 
 const HALVES: &str = words!(
     "The two halves of the computation are independent. Where they differ by chance alone, the colours are pale and \
-     scattered without a pattern. A pattern would be an error that the error bars do not include."
+     scattered. Neighbouring points may share light paths, so small groups of them may have one colour; the stated \
+     errors include this. Strong colours over wide areas would be an error that they do not include."
 );
 const HISTOGRAM: &str = words!(
     "Bars as wide as the curve: the halves differ as much as the stated errors say. Narrower bars: the stated errors \
