@@ -31,6 +31,7 @@ mod frame;
 mod hull;
 mod nodes;
 mod origin;
+mod region;
 mod tracer;
 mod tree;
 mod triangle;

@@ -506,3 +506,10 @@ fn a_floor_under_a_plate_is_in_no_clear_box() {
         assert!(!tracer.clear.hold(&floor, &lamp) && tracer.is_occluded(&floor, &lamp), "{floor:?}");
     }
 }
+
+#[test]
+fn a_scene_far_larger_than_its_triangles_has_a_tracer() {
+    // Rounding leaves one point of all triangles.
+    let tracer = Tracer::new(&with_ball(room(DVec3::ONE), DVec3::splat(1e30), 1.0));
+    assert!(!tracer.clear.hold(&tracer.free_origin(DVec3::ZERO), &tracer.free_origin(DVec3::ONE)));
+}

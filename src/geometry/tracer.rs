@@ -432,6 +432,10 @@ fn sight_lines(tracer: &Tracer, scene: &Scene) -> Vec<[Origin; 2]> {
         let triangle = (sums.partition_point(|sum| *sum <= place) as u32).min(sums.len() as u32 - 1);
         let is_back = scene.surface_of(triangle).two_sided && even(line, 3) > 0.5;
         let from = on(triangle, line, if is_back { Side::Back } else { Side::Front });
+        // In a scene far larger than its triangles, rounding leaves nothing of them.
+        if from.normal == Vec3::ZERO {
+            return None;
+        }
         if line.is_multiple_of(2) {
             let (sine, turn) = (even(line, 2).sqrt(), std::f64::consts::TAU * even(line, 3));
             let normal = from.normal.as_dvec3();

@@ -14,6 +14,7 @@ use super::body::LocalBody;
 use super::build::{DEEPEST, build};
 use super::nodes::{Below, Child, Nodes, WideNode};
 use super::origin::{BEFORE, Origin};
+use super::region::Region;
 use super::triangle::{Crossing, LANES, Lanes, Ray, Slot};
 use crate::scene::body_of;
 
@@ -144,32 +145,29 @@ impl Tree {
     }
 
     /// Returns boxes around the balls and the smooth bodies.
-    pub fn round_boxes(&self) -> impl Iterator<Item = [DVec3; 2]> {
-        let balls = self.balls.iter().copied();
-        balls
-            .chain(self.bodies.iter().map(LocalBody::ball))
-            .map(|ball| [ball.center - ball.radius, ball.center + ball.radius])
+    pub fn round_boxes(&self) -> impl Iterator<Item = Region> {
+        let balls = self.balls.iter().copied().chain(self.bodies.iter().map(LocalBody::ball));
+        balls.map(|ball| Region { low: ball.center - ball.radius, high: ball.center + ball.radius })
     }
 
-    /// Passes to `each` the triangles whose boxes overlap a region between two corners. `each` may shrink the region.
-    pub fn for_each_within(&self, mut low: DVec3, mut high: DVec3, mut each: impl FnMut(&mut DVec3, &mut DVec3, Slot)) {
+    /// Passes to `each` the triangles whose boxes overlap a region. `each` may shrink the region.
+    pub fn for_each_within(&self, mut region: Region, mut each: impl FnMut(&mut Region, Slot)) {
         let mut open = if self.nodes.nodes.is_empty() { vec![] } else { vec![Child::ROOT] };
         while let Some(child) = open.pop() {
             match child.what() {
                 Below::Node(node) => {
                     let node = &self.nodes.nodes[node];
-                    let overlaps = |lane: &usize| {
-                        (0..3).all(|axis| {
-                            f64::from(node.planes[2 * axis][*lane]) <= high[axis]
-                                && f64::from(node.planes[2 * axis + 1][*lane]) >= low[axis]
-                        })
+                    let corner = |lane: usize, end: usize| {
+                        DVec3::from([0, 1, 2].map(|axis| f64::from(node.planes[2 * axis + end][lane])))
                     };
+                    let overlaps =
+                        |lane: &usize| region.overlaps(&Region { low: corner(*lane, 0), high: corner(*lane, 1) });
                     open.extend((0..LANES).filter(overlaps).map(|lane| node.children[lane]));
                 }
                 Below::Block(block) => {
-                    let slots = (block * LANES..(block + 1) * LANES)
-                        .filter(|slot| self.nodes.primitives[*slot] < self.triangles);
-                    slots.for_each(|slot| each(&mut low, &mut high, self.slot(slot)));
+                    let slots = block * LANES..(block + 1) * LANES;
+                    let triangles = slots.filter(|slot| self.nodes.primitives[*slot] < self.triangles);
+                    triangles.for_each(|slot| each(&mut region, self.slot(slot)));
                 }
             }
         }
