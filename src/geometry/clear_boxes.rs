@@ -41,7 +41,7 @@ struct ClearBox {
 }
 
 impl ClearBoxes {
-    /// Finds the boxes of a scene. `left` holds the ends of sight lines, in an order that visits all parts of the scene again and again.
+    /// Finds the boxes of a scene. `left` holds the ends of sight lines; the first few of them visit all parts of the scene.
     pub fn of(tree: &Tree, mut left: Vec<[Origin; 2]>) -> ClearBoxes {
         if tree.balls.len() + tree.bodies.len() > MOST_ROUND {
             return ClearBoxes::default();

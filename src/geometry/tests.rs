@@ -453,11 +453,28 @@ fn room_with_table() -> Scene {
     with_surface(room, &vertices_m, &outward, false)
 }
 
+/// Makes the tracer of a scene, and finds its clear boxes by rays between surfaces.
+fn tracer_with_boxes(scene: &Scene) -> Tracer {
+    let mut tracer = Tracer::new(scene);
+    let mut random = Random::of(26);
+    let mut lines = Vec::new();
+    for _ in 0..256 {
+        let from = tracer.free_origin(DVec3::new(4.0, 3.0, 2.5) * random.point());
+        let ends = [0, 1].map(|_| tracer.first_hit(&from, random.unit()));
+        if let [Meeting::Surface(one), Meeting::Surface(other)] = ends {
+            let [one, other] = [one, other].map(|hit| tracer.surface_origin(hit.triangle, hit.barycentric, hit.side));
+            lines.push([one, other]);
+        }
+    }
+    lines.retain(|[from, to]| !tracer.is_occluded(from, to));
+    tracer.find_clear_boxes(lines);
+    tracer
+}
+
 #[test]
 fn points_in_a_clear_box_see_each_other() {
     // Points in a room, on its surfaces and on a table's, on lifted sides that face up and down: 40,000 pairs.
-    let scene = room_with_table();
-    let tracer = Tracer::new(&scene);
+    let tracer = tracer_with_boxes(&room_with_table());
     assert!(tracer.hull.is_none());
     let (mut random, mut kinds) = (Random::of(23), Random::of(24));
     let mut origin = |kind: f64| {
@@ -495,7 +512,7 @@ fn points_in_a_clear_box_see_each_other() {
 fn a_floor_under_a_plate_is_in_no_clear_box() {
     // A plate over a whole floor, less high above it than points are lifted, in a room that is not convex.
     let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(|[x, y]| DVec3::new(x, y, 0.6e-6));
-    let tracer = Tracer::new(&with_surface(room_with_table(), &corners, &[[0, 1, 2], [0, 2, 3]], true));
+    let tracer = tracer_with_boxes(&with_surface(room_with_table(), &corners, &[[0, 1, 2], [0, 2, 3]], true));
     let lamp = tracer.free_origin(DVec3::new(2.0, 1.5, 2.2));
     assert!(tracer.clear.hold(&lamp, &tracer.side_origin(DVec3::new(1.0, 1.0, 2.5), -DVec3::Z)));
     let mut random = Random::of(25);
@@ -510,6 +527,6 @@ fn a_floor_under_a_plate_is_in_no_clear_box() {
 #[test]
 fn a_scene_far_larger_than_its_triangles_has_a_tracer() {
     // Rounding leaves one point of all triangles.
-    let tracer = Tracer::new(&with_ball(room(DVec3::ONE), DVec3::splat(1e30), 1.0));
+    let tracer = tracer_with_boxes(&with_ball(room(DVec3::ONE), DVec3::splat(1e30), 1.0));
     assert!(!tracer.clear.hold(&tracer.free_origin(DVec3::ZERO), &tracer.free_origin(DVec3::ONE)));
 }

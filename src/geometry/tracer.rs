@@ -13,7 +13,7 @@ use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
 use super::tree::{Found, Tree};
 use super::triangle::{Ray, Slot};
-use crate::scene::{Emission, Scene, Side, body_of};
+use crate::scene::{Scene, Side, body_of};
 
 /// Upper limit of a corner's least weight for pulling points off the edges, so that small triangles do not shrink to a point.
 const LARGEST_PULL: f64 = 0.25;
@@ -30,12 +30,6 @@ const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 
 /// Distance in scaled coordinates within which rounding may have exchanged two fronts, one of them seen edge-on.
 const LONGEST_EXCHANGE: f32 = 1.0 / (1u32 << 14) as f32;
-
-/// Number of rays that show where light passes, a power of two.
-const SIGHT_LINES: u32 = 256;
-/// Fractional parts of these numbers' multiples fill four dimensions evenly: powers of the root of x⁵ = x + 1.
-const EVEN: [f64; 4] =
-    [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_031_046_5, 0.538_597_257_223_612_6];
 
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,7 +80,7 @@ pub struct Tracer {
     pub(super) tree: Tree,
     /// The planes of a convex scene, in which nothing can stand between two points.
     pub(super) hull: Option<Hull>,
-    /// Boxes of any other scene in which nothing stands between two points.
+    /// Boxes of any other scene in which nothing stands between two points, once they are found.
     pub(super) clear: ClearBoxes,
     footings: Vec<Footing>,
     /// Index of each luminaire's ball in the tree's list.
@@ -130,13 +124,15 @@ impl Tracer {
             }
         }
         let hull = Hull::of(&tree);
-        let is_convex = hull.is_some();
-        let mut tracer =
-            Tracer { frame, tree, hull, clear: ClearBoxes::default(), footings, balls: balls_of_luminaires };
-        if !is_convex {
-            tracer.clear = ClearBoxes::of(&tracer.tree, sight_lines(&tracer, scene));
+        Tracer { frame, tree, hull, clear: ClearBoxes::default(), footings, balls: balls_of_luminaires }
+    }
+
+    /// Finds boxes in which nothing stands between two points, so that no ray is traced between them. `sight_lines` holds the ends of rays
+    /// that show where light passes; the first few of them visit all parts of the scene.
+    pub fn find_clear_boxes(&mut self, sight_lines: Vec<[Origin; 2]>) {
+        if self.hull.is_none() {
+            self.clear = ClearBoxes::of(&self.tree, sight_lines);
         }
-        tracer
     }
 
     /// Makes an origin in free space, for example a point luminaire or an observer.
@@ -406,58 +402,6 @@ impl Tracer {
             None => self.meeting(found),
         }
     }
-}
-
-/// Returns the ends of rays from surfaces to the surfaces that they meet, and from surfaces to the luminaires that they see. Every few of
-/// them visit all parts of the scene.
-fn sight_lines(tracer: &Tracer, scene: &Scene) -> Vec<[Origin; 2]> {
-    let mut sum = 0.0;
-    let sums = scene.triangles.iter().map(|corners| {
-        let [a, b, c] = corners.map(|vertex| scene.vertices_m[vertex as usize]);
-        sum += (b - a).cross(c - a).length();
-        sum
-    });
-    let sums: Vec<f64> = sums.collect();
-    if sum <= 0.0 {
-        return Vec::new();
-    }
-    let even = |line: u32, axis: usize| (f64::from(line) * EVEN[axis]).fract();
-    let on = |triangle: u32, line: u32, side: Side| {
-        let root = even(line, 0).sqrt();
-        tracer.surface_origin(triangle, [root * even(line, 1), 1.0 - root], side)
-    };
-    let order = (0..SIGHT_LINES).map(|line| line.reverse_bits() >> (SIGHT_LINES.leading_zeros() + 1));
-    let between = |line: u32| {
-        let place = (f64::from(line) + 0.5) / f64::from(SIGHT_LINES) * sum;
-        let triangle = (sums.partition_point(|sum| *sum <= place) as u32).min(sums.len() as u32 - 1);
-        let is_back = scene.surface_of(triangle).two_sided && even(line, 3) > 0.5;
-        let from = on(triangle, line, if is_back { Side::Back } else { Side::Front });
-        // In a scene far larger than its triangles, rounding leaves nothing of them.
-        if from.normal == Vec3::ZERO {
-            return None;
-        }
-        if line.is_multiple_of(2) {
-            let (sine, turn) = (even(line, 2).sqrt(), std::f64::consts::TAU * even(line, 3));
-            let normal = from.normal.as_dvec3();
-            let (along, across) = normal.any_orthonormal_pair();
-            let direction = sine * (turn.cos() * along + turn.sin() * across) + (1.0 - sine * sine).sqrt() * normal;
-            return match tracer.first_hit(&from, direction.normalize()) {
-                Meeting::Surface(hit) => Some([from, tracer.surface_origin(hit.triangle, hit.barycentric, hit.side)]),
-                _ => None,
-            };
-        }
-        let luminaire = &scene.luminaires.get((even(line, 2) * scene.luminaires.len() as f64) as usize)?.emission;
-        let to = match luminaire {
-            Emission::Area { surfaces, front, .. } => {
-                let triangles = &scene.surfaces[*surfaces.first()? as usize].triangles;
-                let triangle = triangles.start + ((triangles.len() as f64 * even(line, 3)) as u32);
-                on(triangle, line, if *front { Side::Front } else { Side::Back })
-            }
-            _ => tracer.free_origin(luminaire.place_m()?),
-        };
-        (!tracer.is_occluded(&from, &to)).then_some([from, to])
-    };
-    order.filter_map(between).collect()
 }
 
 fn footing_of(slot: u32, corners: Slot, two_sided: bool) -> Footing {

@@ -11,6 +11,7 @@ mod roulette;
 mod selection_by_cell;
 mod selection_by_region;
 mod sides_by_area;
+mod sight_lines;
 mod traced;
 mod unlit;
 
@@ -175,6 +176,8 @@ impl World {
             has_sheets,
             has_lobes,
         };
+        let sight_lines = sight_lines::sight_lines(scene, &world);
+        world.tracer.find_clear_boxes(sight_lines);
         unlit::mark_unlit(scene, &mut world);
         world.gloss = GlossyFacets::of(scene, &world);
         world.selection_by_region = SelectionByRegion::of(scene, &world);

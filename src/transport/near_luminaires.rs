@@ -14,13 +14,12 @@ use super::near_emitters::{NearEmitter, NearEmitters};
 use super::packets::{
     ConnectedFrom, ConnectingPoint, LaterLandings, LitSpot, MetFrom, PacketConnection, PointAndNormal, SampledPlace,
 };
-use super::sides_by_area::{SidesByArea, TriangleSide};
+use super::sight_lines::see_from_surfaces;
 use super::traced::Traced;
 use crate::geometry::Meeting;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::{Bsdf, LobeKind};
-use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
-use crate::scene::{Scene, Side};
+use crate::scene::Scene;
 
 /// Number of packets that show what luminaires light, and of chains and rays that show how far surfaces are apart.
 const PACKETS: u64 = 1024;
@@ -313,22 +312,9 @@ fn distances_of_packets_m(world: &World) -> (Vec<f64>, u64) {
 
 /// Distances in m to the next surface from points evenly spread over all surfaces, in directions in which they reflect.
 fn distances_of_surfaces_m(scene: &Scene, world: &World) -> Vec<f64> {
-    let fronts: Vec<TriangleSide> = (0..scene.triangles.len() as u32).map(|triangle| (triangle, Side::Front)).collect();
-    let sides = SidesByArea::of(scene, &fronts);
     let mut stream = Stream::new(SEED, Purpose::Pilot, 2, 0);
     let mut distances_m = Vec::new();
-    for ray in 0..RAYS {
-        stream.seek_quasi(ray, 2, ray);
-        let (triangle, front) = sides.at(stream.unit());
-        let is_back = stream.unit() < 0.5 && world.receives(triangle, Side::Back);
-        let side = if is_back { Side::Back } else { front };
-        let barycentric = uniform_triangle(stream.pair());
-        let direction = cosine_hemisphere(world.normal_on(triangle, barycentric, side), stream.pair());
-        let origin = world.tracer.surface_origin(triangle, barycentric, side);
-        if let Meeting::Surface(hit) = world.tracer.first_hit(&origin, direction) {
-            distances_m.push(hit.distance_m);
-        }
-    }
+    see_from_surfaces(scene, world, RAYS, &mut stream, |_, hit| distances_m.push(hit.distance_m));
     distances_m
 }
 
