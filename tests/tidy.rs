@@ -368,8 +368,9 @@ fn only_the_geometry_works_in_f32_or_knows_obvhs() {
         if keeps_cells || in_cells || room_of(path).is_some_and(|room| room == "caches") {
             return Vec::new();
         }
-        // The sampling weights of emitters are stored in f32. The probability of a choice is computed from the same weights.
-        if path.ends_with("sampling/few_beacons.rs") {
+        // The sampling weights of emitters and of anchors are stored in f32. The probability of a choice is computed from the same weights.
+        let weighs = ["sampling/abreast.rs", "sampling/few_beacons.rs", "estimators/anchor_blocks.rs"];
+        if weighs.iter().any(|weighing| path.ends_with(weighing)) {
             return Vec::new();
         }
         let code = text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));

@@ -12,8 +12,8 @@ use crate::scene::{Emission, Scene};
 /// Least and largest number of lines that are traced from luminaires, and as many again from receivers.
 const FEWEST_WAYS: usize = 16;
 const MOST_WAYS: usize = 256;
-/// About the largest number of triangles times lines: some tenths of a second.
-const LINES_BY_TRIANGLES: usize = 20_000_000;
+/// About the largest number of triangles times lines: some hundredths of a second.
+const LINES_BY_TRIANGLES: usize = 1_000_000;
 /// A scene is refused if the median distance over the accuracy of positions is below this. Rays start up to 16 times the accuracy off the
 /// edges of triangles, an eighth of this distance.
 const REFUSED_BELOW: f64 = 128.0;

@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::anchor_blocks::{AnchorBlocks, Choice, PlaneAnchor, ScoringVertex};
 use super::receiver::Receiver;
 use super::reception::sample_share_of_reflected_lx;
 use super::sight::{Seen, SubPoint, trace_sight};
@@ -76,9 +77,8 @@ pub struct Anchors {
     box_m: [DVec3; 2],
     /// The common normal of all planes, if they have one.
     common_normal: Option<DVec3>,
-    points: [Vec<f64>; 3],
-    normals: [Vec<f64>; 3],
-    scales: Vec<f64>,
+    /// The anchors in blocks, once their levels and bounds are known. Used where all are planes.
+    blocks: AnchorBlocks,
     /// Approximate level of every anchor itself, in units of the map.
     own_levels: Vec<f64>,
     /// Ratio of an anchor's bound to the usual bound: with fewer walks the bound is higher.
@@ -121,9 +121,7 @@ impl Anchors {
             indirect_level_lx: 1.0,
             box_m: [DVec3::INFINITY, DVec3::NEG_INFINITY],
             common_normal: None,
-            points: [Vec::new(), Vec::new(), Vec::new()],
-            normals: [Vec::new(), Vec::new(), Vec::new()],
-            scales: Vec::new(),
+            blocks: AnchorBlocks::default(),
             own_levels: Vec::new(),
             bound_factors: Vec::new(),
             walk_rates: vec![1.0; receivers.points.len()],
@@ -156,11 +154,6 @@ impl Anchors {
             anchors.sub_points.push(ends);
             anchors.of_entry.push(first..anchors.list.len() as u32);
         }
-        for axis in 0..3 {
-            anchors.points[axis] = anchors.list.iter().map(|anchor| anchor.point_m[axis]).collect();
-            anchors.normals[axis] = anchors.list.iter().map(|anchor| anchor.normal[axis]).collect();
-        }
-        anchors.scales = anchors.list.iter().map(|anchor| anchor.scale).collect();
         anchors.bound_factors = vec![1.0; anchors.list.len()];
         for anchor in &anchors.list {
             anchors.box_m = [anchors.box_m[0].min(anchor.point_m), anchors.box_m[1].max(anchor.point_m)];
@@ -220,6 +213,14 @@ impl Anchors {
         for (factor, anchor) in self.bound_factors.iter_mut().zip(&self.list) {
             *factor = 1.0 / self.walk_rates[anchor.entry as usize];
         }
+        let stored = |((anchor, level), factor): ((&ScorePlace, &f64), &f64)| PlaneAnchor {
+            point_m: anchor.point_m,
+            normal: anchor.normal,
+            relative_scale: if *level > 0.0 { anchor.scale / level } else { 0.0 },
+            bound_factor: *factor,
+        };
+        let with_levels = self.list.iter().zip(&self.own_levels).zip(&self.bound_factors);
+        self.blocks = AnchorBlocks::of(&with_levels.map(stored).collect::<Vec<PlaneAnchor>>());
     }
 
     /// Ratio of an entry's number of walks to the usual number: a power of 2.
@@ -244,12 +245,12 @@ impl Anchors {
 
     /// Value of a full response of an anchor.
     pub fn scale(&self, anchor: usize) -> f64 {
-        self.scales[anchor]
+        self.list[anchor].scale
     }
 
     /// Mean value of a full response over the anchors.
     pub fn mean_scale(&self) -> f64 {
-        self.scales.iter().sum::<f64>() / self.scales.len().max(1) as f64
+        self.list.iter().map(|anchor| anchor.scale).sum::<f64>() / self.list.len().max(1) as f64
     }
 
     /// Vertex for an arrival of a chain. `None` if the surface scatters nothing that connections could find. `share` is the share of the
@@ -294,37 +295,14 @@ impl Anchors {
         [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
     }
 
-    /// Score of every anchor for one lm at a vertex without occlusion, with the kernel bounded.
-    pub fn scores(&self, world: &World, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
-        let bound_per_m2 = bound * vertex.level_lx;
-        let bsdf = world.bsdf(vertex.arrival.hit.triangle);
-        scores.clear();
-        if let (Bsdf::Diffuse(bsdf), true) = (bsdf, self.planes) {
-            let [px, py, pz] = &self.points;
-            let [nx, ny, nz] = &self.normals;
-            let (at, normal) = (vertex.point_m, vertex.normal);
-            let factor = vertex.share * bsdf.reflectance / PI;
-            scores.extend((0..self.list.len()).map(|j| {
-                let (dx, dy, dz) = (px[j] - at.x, py[j] - at.y, pz[j] - at.z);
-                let square = dx * dx + dy * dy + dz * dz;
-                let leaving = (dx * normal.x + dy * normal.y + dz * normal.z).max(0.0);
-                let arriving = (-(dx * nx[j] + dy * ny[j] + dz * nz[j])).max(0.0);
-                let kernel = leaving * arriving / (square * square + f64::MIN_POSITIVE);
-                factor * self.scales[j] * kernel.min(bound_per_m2 * self.bound_factors[j])
-            }));
-            return;
-        }
-        scores.extend(self.list.iter().zip(&self.bound_factors).map(|(anchor, factor)| {
-            let offset_m = anchor.point_m - vertex.point_m;
-            let leaving = offset_m.normalize_or_zero();
-            vertex.share
-                * spread_per_sr(bsdf, vertex, leaving)
-                * anchor.scale
-                * self.kernel_per_m2(world, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
-        }));
+    /// Score of an anchor for one lm at a vertex without occlusion, with the kernel bounded.
+    fn score(&self, world: &World, vertex: &ChainVertex, bound: f64, anchor: usize) -> f64 {
+        let bound_per_m2 = bound * vertex.level_lx * self.bound_factors[anchor];
+        let [kernel_per_m2, spread] = self.kernel_and_spread(world, anchor, vertex);
+        spread * self.list[anchor].scale * kernel_per_m2.min(bound_per_m2)
     }
 
-    /// For the pilot: the kernel of an anchor and a vertex in 1/m², and the share that the vertex scatters in that direction, in 1/sr.
+    /// The kernel of an anchor and a vertex in 1/m², and the share that the vertex scatters in that direction, in 1/sr.
     pub fn kernel_and_spread(&self, world: &World, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
         let anchor = &self.list[anchor];
         let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
@@ -355,44 +333,68 @@ impl Anchors {
     /// Lets a vertex score: calls `add(entry, score)` for one lm with the visible part of each score. Returns the number of rays.
     ///
     /// The threshold t applies to scores divided by the anchor's own level. Scores at or above t count in full. The others are chosen in
-    /// proportion, by equal steps of t through their running sum, and then count t. Each score is unbiased. The number of rays for them is
-    /// their sum divided by t.
+    /// proportion, by equal steps of t through their running sum, and count by the inverse of the probability: about t. Each score is
+    /// unbiased. The number of rays for them is their sum divided by t.
     pub fn connect(
         &self,
         world: &World,
         vertex: &ChainVertex,
         connecting: &Connecting,
         variate: f64,
-        scores: &mut Vec<f64>,
+        chosen: &mut Vec<Choice>,
         mut add: impl FnMut(usize, f64),
     ) -> u64 {
-        self.scores(world, vertex, connecting.bound, scores);
+        self.choose(world, vertex, connecting, variate, chosen);
         let hit = &vertex.arrival.hit;
         let sides = [world.leave(hit, LobeKind::Spread), world.leave(hit, LobeKind::SpreadThrough)];
-        let threshold = connecting.threshold;
-        let mut until_next = variate * threshold;
         let mut rays = 0;
-        for ((score, anchor), own_level) in scores.iter().zip(&self.list).zip(&self.own_levels) {
-            let mut counted = *score;
-            if counted <= 0.0 {
+        for (number, probability) in chosen.iter() {
+            let score = self.score(world, vertex, connecting.bound, *number);
+            if score <= 0.0 {
                 continue;
             }
-            if counted < threshold * own_level {
-                until_next -= counted / own_level;
-                if until_next >= 0.0 {
-                    continue;
-                }
-                until_next += threshold;
-                counted = threshold * own_level;
-            }
+            let anchor = &self.list[*number];
             let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
             rays += 1;
             let transmittance = world.transmittance(&anchor.origin, &sides[usize::from(is_behind)]);
             if transmittance > 0.0 {
-                add(anchor.entry as usize, counted * transmittance);
+                add(anchor.entry as usize, score / probability * transmittance);
             }
         }
         rays
+    }
+
+    /// Lists the anchors that a vertex connects to.
+    fn choose(
+        &self,
+        world: &World,
+        vertex: &ChainVertex,
+        connecting: &Connecting,
+        variate: f64,
+        chosen: &mut Vec<Choice>,
+    ) {
+        let Connecting { bound, threshold } = *connecting;
+        if let (Bsdf::Diffuse(bsdf), true) = (world.bsdf(vertex.arrival.hit.triangle), self.planes && threshold > 0.0) {
+            let (point_m, normal) = (vertex.point_m, vertex.normal);
+            let factor = vertex.share * bsdf.reflectance / PI / threshold;
+            let vertex = ScoringVertex { point_m, normal, factor, bound_per_m2: bound * vertex.level_lx };
+            self.blocks.choose(&vertex, variate, chosen);
+            return;
+        }
+        chosen.clear();
+        let mut until_next = variate;
+        for (anchor, own_level) in self.own_levels.iter().enumerate() {
+            let (score, full) = (self.score(world, vertex, bound, anchor), threshold * own_level);
+            if score >= full {
+                chosen.push((anchor, 1.0));
+                continue;
+            }
+            until_next -= score / full;
+            if until_next < 0.0 {
+                chosen.push((anchor, score / full));
+                until_next += 1.0;
+            }
+        }
     }
 
     /// One unbiased sample of what connections omit at an entry, and the number of rays: the near field beyond the bound, lobes and

@@ -1,5 +1,6 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
+mod anchor_blocks;
 pub mod cache;
 pub mod coefficients;
 pub mod contact;

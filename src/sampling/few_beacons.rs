@@ -5,10 +5,9 @@
 
 use glam::{DVec3, Vec3};
 
+use super::abreast::{ABREAST, larger};
 use super::importance::{Beacon, Profile};
 
-/// Number of beacons that are weighed at a time.
-const ABREAST: usize = 8;
 /// Largest number of beacons that count as few. With more, the tree takes less time.
 const FEW: usize = 256;
 /// Limits of coordinates about the centre and of intensities. Below them, all derived values fit in single precision.
@@ -254,12 +253,6 @@ impl BeaconBlock {
         }
         [weights, cosines]
     }
-}
-
-/// Returns the larger one in one instruction, because neither is a NaN.
-#[inline(always)]
-fn larger(one: f32, other: f32) -> f32 {
-    if one > other { one } else { other }
 }
 
 #[cfg(test)]

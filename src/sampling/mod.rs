@@ -1,5 +1,6 @@
 //! Random streams, warps, and the four functions sample, pdf, eval and total of every luminaire and material.
 
+pub mod abreast;
 pub mod beam;
 #[cfg(test)]
 mod chi_square;

@@ -146,7 +146,7 @@ impl LocalPlan {
         let mut stream = Stream::new(context.seed, Purpose::Chains, MapKind::Receivers(set).number(), task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
-        let mut scores = Vec::new();
+        let mut chosen = Vec::new();
         let (mut rays, mut read_at) = (0, 0);
         for chain in chains {
             if patience.is_at_an_end(rays, &mut read_at) {
@@ -164,7 +164,7 @@ impl LocalPlan {
             };
             for vertex in &vertices {
                 let variate = stream.unit();
-                rays += self.anchors.connect(world, vertex, &self.connecting, variate, &mut scores, |entry, score| {
+                rays += self.anchors.connect(world, vertex, &self.connecting, variate, &mut chosen, |entry, score| {
                     task.add(entry, points[entry].weight, flux_lm * score);
                 });
             }

@@ -58,7 +58,7 @@ const QUASI_GAIN: f64 = 4.0;
 /// most.
 const QUASI_DEGREES: f64 = 2.0;
 /// Computing a score takes the time of this many rays.
-const RAYS_PER_SCORE: f64 = 0.02;
+const RAYS_PER_SCORE: f64 = 0.004;
 /// Factor by which bounds are above their balance. Chains of many vertices and from quasi-random points vary less than single hits, and
 /// walks that continue vary more. Measured on Sobolev's planes and on edges: 4 does better than 1 and than 16.
 const IN_FAVOUR_OF_CHAINS: f64 = 4.0;
