@@ -266,8 +266,8 @@ impl Anchors {
         if !scatters_through && self.is_out_of_reach(point_m, normal) {
             return None;
         }
-        let [direct_lx, indirect_lx] = self.levels_lx(world, point_m, normal);
-        let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
+        let level_lx =
+            if arrival.bounces == 0 { self.direct_level_lx(world, point_m, normal) } else { self.reflected_level_lx() };
         Some(ChainVertex { arrival: *arrival, normal, point_m, share, level_lx })
     }
 
@@ -286,29 +286,36 @@ impl Anchors {
     /// Approximate illuminances of a point in lx, by luminaires and by reflections. Any function of the point gives correct results; a good
     /// one saves work.
     fn levels_lx(&self, world: &World, point_m: DVec3, normal: DVec3) -> [f64; 2] {
+        [self.direct_level_lx(world, point_m, normal), self.reflected_level_lx()]
+    }
+
+    fn direct_level_lx(&self, world: &World, point_m: DVec3, normal: DVec3) -> f64 {
         let emitters = world.emitters.list();
-        let branched_lx = BRANCHES_COUNT * self.indirect_level_lx;
         if emitters.len() > MOST_EMITTERS {
-            return [self.indirect_level_lx, branched_lx];
+            return self.indirect_level_lx;
         }
         let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance_lx(point_m, normal)).sum();
-        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
+        direct_lx.min(MOST_LEVELS * self.indirect_level_lx)
+    }
+
+    fn reflected_level_lx(&self) -> f64 {
+        BRANCHES_COUNT * self.indirect_level_lx
     }
 
     /// Score of an anchor for one lm at a vertex without occlusion, with the kernel bounded.
     fn score(&self, world: &World, vertex: &ChainVertex, bound: f64, anchor: usize) -> f64 {
         let bound_per_m2 = bound * vertex.level_lx * self.bound_factors[anchor];
-        let [kernel_per_m2, spread] = self.kernel_and_spread(world, anchor, vertex);
-        spread * self.list[anchor].scale * kernel_per_m2.min(bound_per_m2)
+        let [kernel_per_m2, spread_per_sr] = self.kernel_and_spread(world, anchor, vertex);
+        spread_per_sr * self.list[anchor].scale * kernel_per_m2.min(bound_per_m2)
     }
 
     /// The kernel of an anchor and a vertex in 1/m², and the share that the vertex scatters in that direction, in 1/sr.
     pub fn kernel_and_spread(&self, world: &World, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
         let anchor = &self.list[anchor];
-        let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
+        let offset_m = anchor.point_m - vertex.point_m;
         [
             self.kernel_per_m2(world, anchor, vertex.point_m, vertex.normal),
-            vertex.share * spread_per_sr(world.bsdf(vertex.arrival.hit.triangle), vertex, leaving),
+            vertex.share * spread_per_sr(world.bsdf(vertex.arrival.hit.triangle), vertex, offset_m),
         ]
     }
 
@@ -325,6 +332,11 @@ impl Anchors {
     fn kernel_per_m2(&self, world: &World, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;
         let square = offset_m.length_squared();
+        if let PlaceResponse::Plane = anchor.response {
+            // cos θ cos θ_y/d² without a square root.
+            let cosines = anchor.normal.dot(offset_m).max(0.0) * normal.dot(offset_m).abs();
+            return cosines / (square * square).max(f64::MIN_POSITIVE);
+        }
         let towards = offset_m.normalize_or_zero();
         let leaving = normal.dot(towards).abs();
         anchor.response.of(world, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
@@ -462,13 +474,16 @@ impl PlaceResponse {
     }
 }
 
-/// The part of a vertex' BSDF that connections find, towards a unit direction, in 1/sr.
-fn spread_per_sr(bsdf: &Bsdf, vertex: &ChainVertex, leaving: DVec3) -> f64 {
-    let is_behind = leaving.dot(vertex.normal) < 0.0;
+/// The part of a vertex' BSDF that connections find, towards a place at an offset in m, in 1/sr.
+fn spread_per_sr(bsdf: &Bsdf, vertex: &ChainVertex, offset_m: DVec3) -> f64 {
+    let is_behind = offset_m.dot(vertex.normal) < 0.0;
     match bsdf {
         Bsdf::Diffuse(bsdf) if !is_behind => bsdf.reflectance / PI,
         Bsdf::Translucent(bsdf) => (if is_behind { bsdf.transmittance } else { bsdf.reflectance }) / PI,
         Bsdf::Diffuse(_) => 0.0,
-        bsdf => bsdf.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving }),
+        bsdf => {
+            let leaving = offset_m.normalize_or_zero();
+            bsdf.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving })
+        }
     }
 }
