@@ -1,6 +1,6 @@
 //! `luxmc convert`: turns another program's model into a scene for editing.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
 use serde_json::Value;
@@ -98,6 +98,7 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
             ));
         }
     }
+    console::message(&format!("made {}\nnext:\n  luxmc inspect {}", out.display(), out.display()));
     Ok(Exit::Done)
 }
 
@@ -115,11 +116,17 @@ fn not_one_model(models: &[&Path]) -> Failure {
     }
 }
 
-/// The model's name as a scene in a folder refers to it: relative if the model lies in that folder or below it.
+/// The model's name as a scene in a folder refers to it: relative to that folder, so that both can be moved together.
 fn name_from(folder: &Path, model: &Path) -> String {
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    let model = whole(model);
-    model.strip_prefix(whole(folder)).unwrap_or(&model).to_string_lossy().into_owned()
+    let (folder, model) = (whole(folder), whole(model));
+    let shared = folder.components().zip(model.components()).take_while(|(one, other)| one == other).count();
+    // Without a shared folder (another drive), no relative path leads to the model.
+    if shared <= 1 {
+        return model.to_string_lossy().into_owned();
+    }
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(model.components().skip(shared)).collect::<PathBuf>().to_string_lossy().into_owned()
 }
 
 fn table(materials: &[ProposedMaterial]) -> String {

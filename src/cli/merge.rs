@@ -359,11 +359,11 @@ fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
     let mut names = Vec::new();
     names.extend(by_share.then(|| format!("share {} of {all}", share.number)));
     names.extend(by_part.then(|| format!("part {} of {parts} of the receivers", part.number)));
-    let more = if missing > 1 { format!(" and {} more", missing - 1) } else { String::new() };
+    let more = if missing > 1 { format!(" and {} more are", missing - 1) } else { " is".to_owned() };
     let portion = Portion { share: by_share.then_some(share), part: by_part.then_some(part) };
     Err(SealedError {
         path: shares[0].path.clone(),
-        what: format!("{}{more} is missing", names.join(", ")),
+        what: format!("{}{more} missing", names.join(", ")),
         got: counted(shares.len(), if by_part { "part" } else { "share" }),
         expected: format!("all {}, the number that one of them states", u64::from(all) * parts),
         remedy: format!("compute it: {}{} --out DIR", shares[0].header.command, options_of(portion)),

@@ -133,7 +133,11 @@ fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static ErrorPart> {
 /// For each share, the latest forecast before that share of the run was done. If the first forecast came later, it is shown under
 /// its own share.
 fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+    // Forecasts that repeat the present values know nothing of the end: those of a resumed run before it got its present target.
+    let known = |row: &&ConvergenceRow| {
+        row.forecast_rays.expected > row.rays as f64 || row.forecast_wall_s.expected > row.wall_s
+    };
+    let (Some(first), Some(last)) = (rows.iter().find(known), rows.last()) else {
         return Vec::new();
     };
     // The progress of a method without rays is measured by time.
@@ -147,7 +151,7 @@ fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
         });
     }
     for share in FORECAST_SHARES.into_iter().filter(|share| *share > first_share) {
-        if let Some(row) = rows.iter().rfind(|row| done(row) <= share * done(last)) {
+        if let Some(row) = rows.iter().filter(known).rfind(|row| done(row) <= share * done(last)) {
             stood.push(Stood { label: say!("at {} %", decimal(format!("{:.0}", 100.0 * share))), row });
         }
     }
@@ -362,6 +366,11 @@ mod tests {
         assert_eq!(shown(&rows[2..])[0], ("at 19 %".to_owned(), 95.0));
         assert_eq!(shown(&rows[2..]).len(), 3);
         assert!(shown(&rows[4..]).is_empty());
+        let mut resumed = rows;
+        resumed[..2].iter_mut().for_each(|row| {
+            (row.forecast_rays, row.forecast_wall_s) = (Forecast::known(row.rays as f64), Forecast::known(row.wall_s));
+        });
+        assert_eq!(shown(&resumed), shown(&rows[2..]));
     }
 
     /// If elements adapt, both errors are shown. An error with a single part is shown once.

@@ -263,7 +263,12 @@ impl Scene {
             .sum()
     }
 
-    /// Maintained flux of all luminaires in lm.
+    /// Luminaires other than sky and sun.
+    pub fn lamps(&self) -> impl Iterator<Item = &Luminaire> + Clone {
+        self.luminaires.iter().filter(|luminaire| !luminaire.emission.is_daylight())
+    }
+
+    /// Maintained flux of all luminaires in lm, sky and sun included.
     pub fn luminous_flux_lm(&self) -> f64 {
         self.luminaires.iter().map(|luminaire| luminaire.luminous_flux_lm).sum()
     }

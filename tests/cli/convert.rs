@@ -107,6 +107,15 @@ fn meshes_keep_their_file_and_tell_what_is_not_known() {
     assert_eq!(scene["materials"]["Paint"]["reflectance"], 0.5);
     assert_eq!(code(&run(&["inspect", text(&home.path().join("scene.json"))])), 0);
 
+    // The scene's name is told. From another folder, it refers to the model by the way there, so that both can be moved together.
+    assert!(errors(&output).contains("made ") && errors(&output).contains("luxmc inspect"), "{}", errors(&output));
+    let beside = home.path().join("scenes/room.json");
+    std::fs::create_dir(home.path().join("scenes")).expect("made");
+    assert_eq!(code(&run(&["convert", text(&home.path().join("square.obj")), "--out", text(&beside)])), 0);
+    let from_beside: Value = serde_json::from_str(&read(&beside)).expect("JSON");
+    assert_eq!(from_beside["geometry"][0]["file"], "../square.obj");
+    assert_eq!(code(&run(&["inspect", text(&beside)])), 0);
+
     // An existing scene is not overwritten without an option.
     let again = ["convert", text(&home.path().join("square.obj")), "--out", text(&home.path().join("scene.json"))]
         .map(str::to_owned);

@@ -149,7 +149,7 @@ fn a_share_of_thousands_of_millions_tells_how_many_are_missing() {
     let (mut header, sums) = parts(&shares.second);
     header["share"]["of"] = json!(u32::MAX);
     let (exit, told) = shares.merge(&sealed(header, &sums), "of");
-    assert!(exit == 2 && told.contains("share 3 of 4294967295 and 4294967292 more is missing"), "{exit} {told}");
+    assert!(exit == 2 && told.contains("share 3 of 4294967295 and 4294967292 more are missing"), "{exit} {told}");
 }
 
 #[test]

@@ -123,21 +123,11 @@ impl Report<'_> {
         if let Some(row) = row.filter(|row| row.average.is_known()) {
             sentences.push(say!("On {} the average illuminance is {}.", escaped(&row.name), light_words(row)));
         }
-        let count = self.scene.luminaires.len();
         sentences.push(match self.scene.daylight() {
             Some((outside_lx, _)) => {
                 say!("All light comes from the sky, which gives {} lx on an open horizontal plane.", amount(outside_lx))
             }
-            None => {
-                let all_lm = amount(self.scene.luminous_flux_lm());
-                let power = self
-                    .power()
-                    .map_or(String::new(), |[power, specific]| say!(" with {} W ({} W/m² of floor)", power, specific));
-                match count {
-                    1 => say!("One luminaire emits {} lm in total{}.", all_lm, power),
-                    _ => say!("{} luminaires emit {} lm in total{}.", count, all_lm, power),
-                }
-            }
+            None => self.light_words(),
         });
         let warnings = self.scene.warnings.len() + self.solution.warnings.len();
         sentences.push(escaped(&maintenance_note(self.scene)));
@@ -145,6 +135,41 @@ impl Report<'_> {
             sentences.push(say!("See the remarks on the computation under “Please note”.").to_owned());
         }
         sentences.join(" ")
+    }
+
+    /// Number and maintained flux in lm of the luminaires other than sky and sun, and whether these add light.
+    fn lamps(&self) -> (usize, String, bool) {
+        let lamps = self.scene.lamps();
+        let flux_lm = lamps.clone().map(|luminaire| luminaire.luminous_flux_lm).sum();
+        let count = lamps.count();
+        (count, amount(flux_lm), count < self.scene.luminaires.len())
+    }
+
+    /// In a sentence, where the light comes from.
+    fn light_words(&self) -> String {
+        let (count, flux_lm, has_daylight) = self.lamps();
+        let power = self
+            .power()
+            .map_or(String::new(), |[power, specific]| say!(" with {} W ({} W/m² of floor)", power, specific));
+        let daylight = if has_daylight { say!(" Daylight comes in as well.") } else { "" };
+        match count {
+            0 => say!("All light is daylight.").to_owned(),
+            1 => say!("One luminaire emits {} lm in total{}.", flux_lm, power) + daylight,
+            _ => say!("{} luminaires emit {} lm in total{}.", count, flux_lm, power) + daylight,
+        }
+    }
+
+    /// The same as a fact of the page.
+    fn light_fact(&self) -> String {
+        match self.lamps() {
+            (0, ..) => say!("daylight<small>from sun and sky</small>").to_owned(),
+            (1, flux_lm, false) => say!("{} lm<small>maintained, from one luminaire</small>", flux_lm),
+            (1, flux_lm, true) => say!("{} lm<small>maintained, from one luminaire; and daylight</small>", flux_lm),
+            (count, flux_lm, false) => say!("{} lm<small>maintained, from {} luminaires</small>", flux_lm, count),
+            (count, flux_lm, true) => {
+                say!("{} lm<small>maintained, from {} luminaires; and daylight</small>", flux_lm, count)
+            }
+        }
     }
 
     /// Electric power in W and in W/m² of floor; `None` unless the power of all luminaires and the floor are known.
@@ -182,26 +207,12 @@ impl Report<'_> {
                 format!("{} lx{uniformity}", super::lux_markup(row.average, super::alone)),
             ));
         }
-        let count = self.scene.luminaires.len();
         facts.push(match self.scene.daylight() {
             Some((outside_lx, _)) => (
                 say!("Outside").to_owned(),
                 say!("{} lx<small>on an open horizontal plane, from the sky</small>", amount(outside_lx)),
             ),
-            None => (
-                say!("Light in the room").to_owned(),
-                match count {
-                    1 => say!(
-                        "{} lm<small>maintained, from one luminaire</small>",
-                        amount(self.scene.luminous_flux_lm())
-                    ),
-                    _ => say!(
-                        "{} lm<small>maintained, from {} luminaires</small>",
-                        amount(self.scene.luminous_flux_lm()),
-                        count
-                    ),
-                },
-            ),
+            None => (say!("Light in the room").to_owned(), self.light_fact()),
         });
         if let Some([power, specific]) = self.power() {
             facts.push((

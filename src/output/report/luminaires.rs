@@ -50,9 +50,12 @@ impl Report<'_> {
             ]);
         }
         let mut total = vec![String::new(); head.len()];
-        (total[1], total[3]) = (say!("Total").to_owned(), self.scene.luminaires.len().to_string());
-        total[8] = amount(self.scene.luminous_flux_lm());
-        table.total(total);
+        let lamps = self.scene.lamps();
+        (total[1], total[3]) = (say!("Total").to_owned(), lamps.clone().count().to_string());
+        total[8] = amount(lamps.clone().map(|luminaire| luminaire.luminous_flux_lm).sum());
+        if lamps.count() > 0 {
+            table.total(total);
+        }
         let mut page = format!(
             "<h2 class=\"page\">{}</h2>\n{}{}",
             say!("Luminaire schedule"),

@@ -2,6 +2,7 @@
 
 use super::kept::{KeptRun, RunState};
 use super::state::Run;
+use crate::control::Forecast;
 use crate::solver::StopReason;
 
 impl Run<'_> {
@@ -33,7 +34,8 @@ impl Run<'_> {
         }
     }
 
-    /// Resumes from a stored state. If the target has changed, maps that were judged are judged anew.
+    /// Resumes from a stored state. If the target has changed, maps that were judged are judged anew, and forecasts of the first target
+    /// give way to the present values of their time.
     pub(super) fn take_up(&mut self, kept: KeptRun) {
         let world = self.context.world;
         world.take_selection_by_cell(kept.selection_by_cell);
@@ -47,6 +49,10 @@ impl Run<'_> {
         }
         if kept.target_error != self.target_error {
             (0..self.jobs.len()).for_each(|index| self.aim_anew(index));
+            for row in &mut self.convergence {
+                (row.forecast_rays, row.forecast_wall_s) =
+                    (Forecast::known(row.rays as f64), Forecast::known(row.wall_s));
+            }
         }
     }
 
