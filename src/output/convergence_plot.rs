@@ -143,16 +143,17 @@ fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
     // The progress of a method without rays is measured by time.
     let done = |row: &ConvergenceRow| if last.rays > 0 { row.rays as f64 } else { row.wall_s };
     let first_share = done(first) / done(last);
+    let label = |share: f64| say!("at {} %", decimal(format!("{:.0}", (100.0 * share).max(1.0))));
     let mut stood = Vec::new();
-    if FORECAST_SHARES[0] < first_share && first_share < 1.0 {
-        stood.push(Stood {
-            label: say!("at {} %", decimal(format!("{:.0}", (100.0 * first_share).max(1.0)))),
-            row: first,
-        });
+    let later_shares = || FORECAST_SHARES.into_iter().filter(|share| *share > first_share);
+    // The first row stands for itself, unless it stands for the next share under the same label.
+    let is_apart = later_shares().all(|share| label(share) != label(first_share));
+    if FORECAST_SHARES[0] < first_share && first_share < 1.0 && is_apart {
+        stood.push(Stood { label: label(first_share), row: first });
     }
-    for share in FORECAST_SHARES.into_iter().filter(|share| *share > first_share) {
+    for share in later_shares() {
         if let Some(row) = rows.iter().filter(known).rfind(|row| done(row) <= share * done(last)) {
-            stood.push(Stood { label: say!("at {} %", decimal(format!("{:.0}", 100.0 * share))), row });
+            stood.push(Stood { label: label(share), row });
         }
     }
     stood
@@ -352,7 +353,7 @@ mod tests {
     /// shown under its own share.
     #[test]
     fn forecasts_are_shown_as_they_stood() {
-        let rows = [(10, 90.0), (40, 80.0), (190, 95.0), (450, 99.0), (1000, 1000.0)];
+        let rows = [(10, 900.0), (40, 800.0), (190, 950.0), (450, 990.0), (1000, 1000.0)];
         let rows = rows.map(|(rays, forecast)| row(rays, 1.0 / rays as f64, forecast));
         let shown = |rows: &[ConvergenceRow]| -> Vec<(String, f64)> {
             let stood = as_they_stood(rows);
@@ -362,9 +363,14 @@ mod tests {
             shares.into_iter().map(str::to_owned).zip(forecasts).collect()
         };
         let shares = ["at 2 %", "at 5 %", "at 20 %", "at 50 %"];
-        assert_eq!(shown(&rows), labelled(shares, [90.0, 80.0, 95.0, 99.0]));
-        assert_eq!(shown(&rows[2..])[0], ("at 19 %".to_owned(), 95.0));
+        assert_eq!(shown(&rows), labelled(shares, [900.0, 800.0, 950.0, 990.0]));
+        assert_eq!(shown(&rows[2..])[0], ("at 19 %".to_owned(), 950.0));
         assert_eq!(shown(&rows[2..]).len(), 3);
+        let just_before = rows.map(|each| row(each.rays + 10, 0.1, 2000.0));
+        assert_eq!(
+            shown(&just_before[1..]).iter().map(|(label, _)| label).collect::<Vec<_>>(),
+            shares[1..].iter().collect::<Vec<_>>()
+        );
         assert!(shown(&rows[4..]).is_empty());
         let mut resumed = rows;
         resumed[..2].iter_mut().for_each(|row| {

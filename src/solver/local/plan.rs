@@ -39,10 +39,9 @@ const SHARE_OF_TRACING: f64 = 0.02;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
-/// Number of thresholds that are tried; halvings of the largest score to the first one; and the ratio of each to the next.
-const THRESHOLDS: i32 = 10;
-const FIRST_THRESHOLD: i32 = 3;
-const STEP: f64 = 2.0;
+/// Number of thresholds that are tried, each half of the one before, and halvings of the largest score to the first one.
+const THRESHOLDS: usize = 10;
+const FIRST_THRESHOLD: usize = 3;
 /// Batches of the pilot's chains, each with its own quasi-random points, and the replica number of the first one's stream.
 const BATCHES: usize = 8;
 const FIRST_BATCH: u32 = 16;
@@ -117,7 +116,7 @@ pub(super) fn plan(
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
         let scores = pilot.scores(f64::INFINITY);
-        let chains = pilot.part(&scores, 0.0);
+        let chains = pilot.unthinned(&scores);
         return LocalPlan {
             connecting,
             chains_per_round: 1,
@@ -137,7 +136,7 @@ pub(super) fn plan(
     anchors.set_walk_rates();
     pilot.set_bounds(&anchors);
     // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that remain after thinning.
-    let [_, bound] = ratio_and_bound(context, whole.rays, pilot.part(&pilot.scores(1.0), 0.0).rays);
+    let [_, bound] = ratio_and_bound(context, whole.rays, pilot.unthinned(&pilot.scores(1.0)).rays);
     let (_, thinned) = pilot.thin(bound);
     let (whole, _) = walks(&anchors, 0.0);
     let [ratio, bound] = ratio_and_bound(context, whole.rays, thinned.rays);
@@ -206,6 +205,18 @@ struct PilotScores {
     variance: f64,
     /// Weighted mean.
     mean: f64,
+}
+
+/// Sums over scores within the same number of halvings of the largest one.
+#[derive(Clone, Copy, Debug, Default)]
+struct HalvedScores {
+    count: f64,
+    /// Scores relative to their anchors' own levels.
+    relative: f64,
+    /// Weighted squares of the visible scores.
+    squared: f64,
+    /// Weighted products of the visible scores and the levels of their anchors.
+    times_level: f64,
 }
 
 impl PilotAnchor {
@@ -403,20 +414,16 @@ impl Pilot {
         if of_squares > 0.0 { (trace * trace / of_squares).max(1.0) } else { 1.0 }
     }
 
-    /// Variance and rays of one chain whose scores are thinned below a threshold.
-    fn part(&self, scores: &PilotScores, threshold: f64) -> PartVariance {
-        let (mut thinning, mut rays) = (0.0, 0.0);
-        for ((place, score), anchor) in scores.each.iter().enumerate().zip(self.anchors.iter().cycle()) {
-            let threshold = threshold * anchor.own_level;
-            if *score < threshold {
-                thinning += self.seen(place).powi(2) * self.weights[anchor.entry] * score * (threshold - score);
-                rays += score / threshold;
-            } else {
-                rays += f64::from(u8::from(*score > 0.0));
-            }
-        }
-        rays += RAYS_PER_SCORE * scores.each.len() as f64;
+    /// Variance and rays of one chain, all of whose scores count in full.
+    fn unthinned(&self, scores: &PilotScores) -> PartVariance {
+        let positive = scores.each.iter().filter(|score| **score > 0.0).count();
+        self.with_thinning(scores, 0.0, positive as f64)
+    }
+
+    /// The same with the variance that thinning adds in all, and the rays of all connections.
+    fn with_thinning(&self, scores: &PilotScores, thinning: f64, connecting_rays: f64) -> PartVariance {
         let count = self.chains.len() as f64;
+        let rays = connecting_rays + RAYS_PER_SCORE * scores.each.len() as f64;
         PartVariance {
             variance: (scores.variance + thinning / count) * self.flux_lm * self.flux_lm * self.share_inverse,
             rays: self.path_rays + self.share_inverse * rays / count,
@@ -426,21 +433,54 @@ impl Pilot {
     /// The thinning with the least product of variance and rays, under a bound.
     fn thin(&self, bound: f64) -> (f64, PartVariance) {
         let scores = self.scores(bound);
-        let unthinned = self.part(&scores, 0.0);
+        let unthinned = self.unthinned(&scores);
         let cost = |part: &PartVariance| (part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance) * part.rays;
-        let largest = scores.each.chunks(self.anchors.len().max(1)).fold(0.0f64, |largest, of_vertex| {
-            let relative = of_vertex.iter().zip(&self.anchors).map(|(score, anchor)| score / anchor.own_level);
-            relative.fold(largest, f64::max)
-        });
-        let tried = (0..THRESHOLDS)
-            .into_par_iter()
-            .map(|step| largest * STEP.powi(-step - FIRST_THRESHOLD))
-            .map(|threshold| (threshold, self.part(&scores, threshold)));
-        let tried: Vec<(f64, PartVariance)> = tried.collect();
-        tried
-            .into_iter()
-            .fold((0.0, unthinned), |best, tried| if cost(&tried.1) < cost(&best.1) { tried } else { best })
+        let (largest, halvings) = self.by_halvings(&scores);
+        let mut best = (0.0, unthinned);
+        for thinned_from in FIRST_THRESHOLD..FIRST_THRESHOLD + THRESHOLDS {
+            let threshold = largest * 0.5f64.powi(thinned_from as i32);
+            let (full, thinned) = halvings.split_at(thinned_from);
+            let sum = |of: fn(&HalvedScores) -> f64| thinned.iter().map(of).sum::<f64>();
+            let thinning = threshold * sum(|scores| scores.times_level) - sum(|scores| scores.squared);
+            let chosen = sum(|scores| scores.relative) / threshold;
+            let rays = chosen + full.iter().map(|scores| scores.count).sum::<f64>();
+            let part = self.with_thinning(&scores, thinning.max(0.0), rays);
+            if cost(&part) < cost(&best.1) {
+                best = (threshold, part);
+            }
+        }
+        best
     }
+
+    /// The largest score relative to its anchor's own level, and sums over the scores that lie within the same number of halvings of it.
+    fn by_halvings(&self, scores: &PilotScores) -> (f64, [HalvedScores; FIRST_THRESHOLD + THRESHOLDS]) {
+        let inverses: Vec<f64> = self.anchors.iter().map(|anchor| anchor.own_level.recip()).collect();
+        let of_vertices = || scores.each.chunks(self.anchors.len().max(1));
+        let relative = of_vertices().flat_map(|each| each.iter().zip(&inverses)).filter(|(score, _)| **score > 0.0);
+        let largest = relative.map(|(score, inverse)| score * inverse).fold(0.0, f64::max);
+        let mut halvings = [HalvedScores::default(); FIRST_THRESHOLD + THRESHOLDS];
+        for (number, each) in of_vertices().enumerate() {
+            for (index, (score, anchor)) in
+                each.iter().zip(&self.anchors).enumerate().filter(|(_, (score, _))| **score > 0.0)
+            {
+                let relative = score * inverses[index];
+                let halved = whole_log2(largest / relative).min(halvings.len() - 1);
+                let seen = self.seen(number * self.anchors.len() + index);
+                let weight = seen * seen * self.weights[anchor.entry] * score;
+                let sums = &mut halvings[halved];
+                sums.count += 1.0;
+                sums.relative += relative;
+                sums.squared += weight * score;
+                sums.times_level += weight * anchor.own_level;
+            }
+        }
+        (largest, halvings)
+    }
+}
+
+/// The whole part of the binary logarithm of a number of 1 or more: its exponent.
+fn whole_log2(number: f64) -> usize {
+    ((number.to_bits() >> (f64::MANTISSA_DIGITS - 1)) as usize).saturating_sub((f64::MAX_EXP - 1) as usize)
 }
 
 /// Returns one walk from every entry, estimated from some entries, and the mean value of a walk with the rays that the pilot took.
