@@ -191,9 +191,10 @@ impl Tracer {
         self.tree.closest(&ray, origin).map_or_else(|| self.first_hit(origin, direction), |found| self.meeting(&found))
     }
 
-    /// Whether the front of another surface touches the surface at the origin's position, as where a solid stands on it.
-    pub fn is_pressed(&self, origin: &Origin) -> bool {
-        self.tree.pressed(&Ray::new(origin.point, origin.normal.into()), origin).is_some()
+    /// Returns a triangle whose front touches the surface at the origin's position: that of a solid that stands on it, or that of another
+    /// room's wall in the same plane.
+    pub fn pressing_triangle(&self, origin: &Origin) -> Option<u32> {
+        self.tree.pressed(&Ray::new(origin.point, origin.normal.into()), origin).map(|found| found.primitive)
     }
 
     /// Whether anything stands between two origins. In a convex scene no ray is needed.
