@@ -179,7 +179,7 @@ fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
     let lookups = (0..across * across).map(|place| {
         let [column, row] = [place % across, place / across].map(|number| (number as f64 + 0.5) * 10.0 / across as f64);
         let point_m = DVec3::new(column, row, 0.0);
-        Lookup { point_m, normal: DVec3::Z, direction: DVec3::NEG_Z, distance_m: 0.1 }
+        Lookup { point_m, normal: DVec3::Z, direction: DVec3::NEG_Z, distance_m: 0.1, room: 0 }
     });
     let asked: Vec<u32> = lookups.map(|lookup| cells.grid.look_up(&lookup)).collect();
     for (place, cell) in asked.iter().enumerate() {

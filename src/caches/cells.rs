@@ -3,7 +3,7 @@
 //! A cell is a cube of a world-aligned grid whose edge is a power of two in metres. It also has one of several directions of surface
 //! normals and the octant of the ray that looks it up. The edge follows from the length of that ray, so a cell fills about the same solid
 //! angle for every ray. Nothing is meshed beforehand, so twelve triangles and ten million take the same effort. The octant separates the
-//! two sides of a thin wall.
+//! two sides of a thin wall; closed rooms have cells of their own.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,8 @@ pub struct Lookup {
     pub direction: DVec3,
     /// Length of the ray in m, or a multiple of it for a cell of a larger edge.
     pub distance_m: f64,
+    /// Number of the room in which the point lies. Rooms share no cells.
+    pub room: u8,
 }
 
 /// Position of a cell: enough to distinguish it from all others.
@@ -37,7 +39,7 @@ pub struct Lookup {
 pub struct CellKey {
     /// Cube numbers along the axes.
     cube: [i32; 3],
-    /// Level of its edge, part of its normal and octant of the rays that look it up.
+    /// Level of its edge, room, part of its normal and octant of the rays that look it up.
     kind: u32,
 }
 
@@ -62,8 +64,9 @@ impl CellKey {
     }
 }
 
-/// First bit of the level in a key's kind.
-const LEVEL_BIT: u32 = 12;
+/// First bit of the room in a key's kind, and of the level.
+const ROOM_BIT: u32 = 9;
+const LEVEL_BIT: u32 = 17;
 
 /// The cells that were looked up, in the order of their first look-up.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -188,7 +191,8 @@ impl CellGrid {
         let octant = u32::from(lookup.direction.x > 0.0)
             | u32::from(lookup.direction.y > 0.0) << 1
             | u32::from(lookup.direction.z > 0.0) << 2;
-        let kind = (level as u32) << LEVEL_BIT | part_of_normal(lookup.normal) << 3 | octant;
+        let place = u32::from(lookup.room) << ROOM_BIT | part_of_normal(lookup.normal) << 3;
+        let kind = (level as u32) << LEVEL_BIT | place | octant;
         CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
     }
 
@@ -255,7 +259,7 @@ mod tests {
     use super::*;
 
     fn lookup(point_m: DVec3, normal: DVec3, distance_m: f64) -> Lookup {
-        Lookup { point_m, normal, direction: -normal, distance_m }
+        Lookup { point_m, normal, direction: -normal, distance_m, room: 0 }
     }
 
     #[test]
@@ -275,9 +279,20 @@ mod tests {
         let [one, other] = [1e-6, -1e-6].map(|x| {
             let (point_m, normal) = (DVec3::new(2.0 + x, 1.0, 0.0), DVec3::Z);
             let direction = DVec3::new(-x.signum(), 0.1, -1.0).normalize();
-            grid.look_up(&Lookup { point_m, normal, direction, distance_m: 2.0 })
+            grid.look_up(&Lookup { point_m, normal, direction, distance_m: 2.0, room: 0 })
         });
         assert_ne!(one, other);
+    }
+
+    #[test]
+    fn rooms_share_no_cells() {
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
+        let [one, other] = [0, 255].map(|room| {
+            let cell = grid.look_up(&Lookup { room, ..lookup(DVec3::ONE, DVec3::Z, 1.0) });
+            grid.key_of(cell)
+        });
+        let above = [one, other].map(|key| grid.above(key).expect("not at the top"));
+        assert!(one != other && above[0] != above[1] && one.level() == other.level());
     }
 
     /// Cells of 16³ cubes, eight octants, three normals and three levels, 294,912 in all: no two have the same fingerprint. If the cube

@@ -190,7 +190,7 @@ mod tests {
         let mut light = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(8.0)], [0.2, 0.3, 0.4], 0.5));
         for cell in 0..count {
             let point_m = DVec3::new(f64::from(cell), 0.0, 0.0);
-            let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0 };
+            let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0, room: 0 };
             assert_eq!(light.grid.look_up(&lookup), cell);
         }
         light
@@ -237,7 +237,7 @@ mod tests {
         let mut light = cells(1);
         sampled(&mut light, 0, 10.0, 0.0, NO_CELL);
         let look_up = |light: &mut CellLight, normal: DVec3| {
-            let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05 };
+            let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05, room: 0 };
             light.grid.look_up(&lookup)
         };
         let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| look_up(&mut light, normal));

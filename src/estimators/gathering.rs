@@ -57,7 +57,8 @@ impl DiffusePlace {
 }
 
 /// Records where a ray met the first diffuse surface, and how it looks the cell up there.
-struct FirstDiffuse {
+struct FirstDiffuse<'a> {
+    world: &'a World,
     /// Whether a light sample for direct light is also taken there.
     samples: bool,
     /// Edge of the cell, relative to one that a ray of an entry looks up.
@@ -73,7 +74,7 @@ pub struct CellPlace {
     reflectance: f64,
 }
 
-impl Cache for FirstDiffuse {
+impl Cache for FirstDiffuse<'_> {
     const SUPPLIES: bool = true;
 
     #[inline]
@@ -81,7 +82,13 @@ impl Cache for FirstDiffuse {
         let Receiver { point_m, normal, origin } = met.receiver;
         self.found = Some(CellPlace {
             place: DiffusePlace { point_m, normal, origin: *origin },
-            lookup: Lookup { point_m, normal, direction: met.direction, distance_m: self.edges * met.hit.distance_m },
+            lookup: Lookup {
+                point_m,
+                normal,
+                direction: met.direction,
+                distance_m: self.edges * met.hit.distance_m,
+                room: self.world.room(met.hit.triangle),
+            },
             reflectance: met.reflectance,
         });
         (if self.samples { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
@@ -135,7 +142,7 @@ pub fn gather(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Gathered {
-    let mut first = FirstDiffuse { samples: true, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { world, samples: true, edges: 1.0, found: None };
     let (variates, weight) = drawn(density, stream);
     let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     Gathered {
@@ -156,7 +163,7 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 /// Sends a ray from a point in a cell. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it
 /// met one), and the number of rays.
 fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { samples: true, edges: EDGES_FROM_CELLS, found: None };
+    let mut first = FirstDiffuse { world, samples: true, edges: EDGES_FROM_CELLS, found: None };
     let plain = walk_indirect_lx(world, receiver, &mut first, cut, stream);
     (plain.value, first.found, plain.rays)
 }
@@ -182,7 +189,7 @@ fn trace_to_cell(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { samples: false, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { world, samples: false, edges: 1.0, found: None };
     let (_, rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }
