@@ -1,7 +1,5 @@
 //! Rooms of a scene: closed pieces of surface that face inward. No light gets from one to another, so nothing is shared between them.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 use crate::scene::Scene;
@@ -89,11 +87,12 @@ fn connected_pieces(scene: &Scene) -> (Vec<ConnectedPiece>, Vec<u32>) {
         }
     }
     let mut pieces: Vec<ConnectedPiece> = Vec::new();
-    let mut numbers: HashMap<u32, u32> = HashMap::new();
+    // The piece of each vertex at the end of a path, once known.
+    let mut numbers = vec![None; scene.vertices_m.len()];
     let piece_of = (0..scene.triangles.len() as u32).map(|triangle| {
         let corners_m = scene.corners_m(triangle);
         let root = end(&mut leads_to, scene.triangles[triangle as usize][0]);
-        let number = *numbers.entry(root).or_insert(pieces.len() as u32);
+        let number = *numbers[root as usize].get_or_insert(pieces.len() as u32);
         if number as usize == pieces.len() {
             pieces.push(ConnectedPiece::from(corners_m[0]));
         }
