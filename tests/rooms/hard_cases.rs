@@ -176,11 +176,12 @@ fn the_dark_side_of_a_shared_wall_gets_exactly_nothing() {
 }
 
 /// Two rooms of reflectance 0.9 share the plane of a wall, one is lit. By symmetry each of its faces has the mean Φ/(6 (1 − ρ)), the shared
-/// wall too; the other room is dark. By counting and by gathering (seed 1, to 3 %), elements as given. A dark element may show a thousandth
-/// of the lit room: what the mean of all residual walks brings. (Where rooms shared cells, it showed a tenth; where the shared wall counted
-/// as hidden, its mean was 0.)
+/// wall too; the other room is dark. By counting and by gathering (seed 1, to 3 %), elements as given. Where rooms shared cells (a fault
+/// that was mended), a dark element showed a tenth of the lit room; where the shared wall counted as hidden, its mean was a tenth.
 #[test]
 fn a_shared_wall_is_lit_on_the_lit_side_and_lets_no_light_through() {
+    /// Share of the lit room's light that the mean of all residual walks may bring to a dark element: 0.7 thousandths with seed 1.
+    const MOST_LEAKED: f64 = 3e-3;
     let fine = |name: &str, min: [f64; 3], max: [f64; 3]| {
         room(name, min, max, "paint").replace('}', r#", "max_element_edge": 0.25 }"#)
     };
@@ -200,12 +201,12 @@ fn a_shared_wall_is_lit_on_the_lit_side_and_lets_no_light_through() {
             let (room, lx) = (name.split('/').next(), average.value);
             match room {
                 Some("lit") => assert!((lx / of_a_face_lx - 1.0).abs() < 0.03, "{method:?} {name}: {lx}"),
-                _ => assert!(lx.abs() < 1e-3 * of_a_face_lx, "{method:?} {name}: {lx}"),
+                _ => assert!(lx.abs() < MOST_LEAKED * of_a_face_lx, "{method:?} {name}: {lx}"),
             }
         }
         let values = &map(&solution, "elements").values.value;
         let dark = &values[values.len() / 2..];
-        assert!(dark.iter().all(|lx| lx.abs() < 1e-3 * of_a_face_lx), "{method:?}: {dark:?}");
+        assert!(dark.iter().all(|lx| lx.abs() < MOST_LEAKED * of_a_face_lx), "{method:?}: {dark:?}");
     }
 }
 
