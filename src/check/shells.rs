@@ -63,7 +63,7 @@ impl Shell {
     }
 
     /// Lowest and highest coordinates in m.
-    pub(super) fn bounds_m(&self) -> Box3 {
+    pub fn bounds_m(&self) -> Box3 {
         [self.low_m, self.high_m]
     }
 }
@@ -170,14 +170,20 @@ impl Shell {
 
 /// Returns the closed shells of every geometry by itself.
 pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
+    shells_of_geometries(scene, true).filter(|shell| shell.closed).collect()
+}
+
+/// Returns the shells of every geometry by itself, without the trees for inside tests.
+pub fn plain_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
+    shells_of_geometries(scene, false).collect()
+}
+
+fn shells_of_geometries(scene: &Scene, with_trees: bool) -> impl Iterator<Item = Shell> {
     let geometries = scene.surfaces.chunk_by(|one, other| one.geometry == other.geometry);
-    geometries
-        .flat_map(|parts| {
-            let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
-            shells(scene, triangles, |vertex| vertex, true)
-        })
-        .filter(|shell| shell.closed)
-        .collect()
+    geometries.flat_map(move |parts| {
+        let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
+        shells(scene, triangles, |vertex| vertex, with_trees)
+    })
 }
 
 /// Returns the shells of the scene as a whole. Exactly coinciding vertices of different geometries count as one, so that a room made of

@@ -104,6 +104,27 @@ mod tests {
     use crate::check::scene_from_json;
     use crate::estimators::element::Element;
     use crate::sampling::random::Purpose;
+    use crate::scene::Scene;
+
+    /// Visits random points of each element of a surface, as shares of its edges.
+    fn for_each_point(
+        (scene, world): (&Scene, &World),
+        surface: &str,
+        points: u64,
+        seed: u64,
+        mut visit: impl FnMut(&Element, [f64; 2], &mut Stream),
+    ) {
+        let surface = scene.surfaces.iter().position(|each| each.name == surface).expect("a surface") as u32;
+        let mut stream = Stream::new(seed, Purpose::Pilot, 0, 0);
+        for index in world.elements.of_surface(scene, surface) {
+            let element = Element::of(world, scene, &world.elements, index);
+            for point in 0..points {
+                stream.seek((u64::from(index) << 32) | point);
+                let at = element.draw(world, &mut stream);
+                visit(&element, at, &mut stream);
+            }
+        }
+    }
 
     /// Two beams cross below a ceiling, and one of them ends at a wall. A duct passes through the ceiling. At 20,000 points of each element
     /// of both surfaces (seed 3), the hidden points are those in the footprints, up to 0.1 mm from the edges. Two planted faults give other
@@ -124,36 +145,29 @@ mod tests {
         let on_ceiling = [[1.01, 1.17, 1.03, 2.51], [0.0, 2.2, 1.6, 1.76], [3.0, 3.3, 0.5, 0.8]];
         let surfaces = [("room/ceiling", &on_ceiling[..]), ("room/x_min", &[[1.6, 1.76, 2.35, 2.7]][..])];
         for (name, footprints) in surfaces {
-            let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface") as u32;
-            let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
             let (mut inside, mut near_edges, mut beside, mut within) = (0, 0, 0, 0);
-            for index in world.elements.of_surface(&scene, surface) {
-                let element = Element::of(&world, &scene, &world.elements, index);
-                for place in 0..20_000 {
-                    stream.seek((u64::from(index) << 32) | place);
-                    let at = element.draw(&world, &mut stream);
-                    let point_m = element.point_m(&world, at);
-                    let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
-                    // Depth inside the footprint that contains it most deeply.
-                    let depth_m = |[a, b, c, d]: &[f64; 4]| (u - a).min(b - u).min(v - c).min(d - v);
-                    let depth_m = footprints.iter().map(depth_m).fold(f64::NEG_INFINITY, f64::max);
-                    if depth_m.abs() < 1e-4 {
-                        continue;
-                    }
-                    let (in_contact, _) = element.is_in_contact(&world, at, &mut stream);
-                    assert_eq!(in_contact, depth_m > 0.0, "{name} {point_m} {depth_m}");
-                    if depth_m > 0.0 {
-                        let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
-                        let met = world.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
-                        let straight = world.tracer.first_hit_from_there(&origin, normal);
-                        let shows = |met: &Meeting| matches!(met, Meeting::Surface(hit) if world.receives(hit.triangle, hit.side) && hit.distance_m > 1e-3);
-                        inside += 1;
-                        near_edges += u32::from(depth_m < 5e-3);
-                        beside += u32::from(shows(&met));
-                        within += u32::from(shows(&straight));
-                    }
+            for_each_point((&scene, &world), name, 20_000, 3, |element, at, stream| {
+                let point_m = element.point_m(&world, at);
+                let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
+                // Depth inside the footprint that contains it most deeply.
+                let depth_m = |[a, b, c, d]: &[f64; 4]| (u - a).min(b - u).min(v - c).min(d - v);
+                let depth_m = footprints.iter().map(depth_m).fold(f64::NEG_INFINITY, f64::max);
+                if depth_m.abs() < 1e-4 {
+                    return;
                 }
-            }
+                let (in_contact, _) = element.is_in_contact(&world, at, stream);
+                assert_eq!(in_contact, depth_m > 0.0, "{name} {point_m} {depth_m}");
+                if depth_m > 0.0 {
+                    let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
+                    let met = world.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
+                    let straight = world.tracer.first_hit_from_there(&origin, normal);
+                    let shows = |met: &Meeting| matches!(met, Meeting::Surface(hit) if world.receives(hit.triangle, hit.side) && hit.distance_m > 1e-3);
+                    inside += 1;
+                    near_edges += u32::from(depth_m < 5e-3);
+                    beside += u32::from(shows(&met));
+                    within += u32::from(shows(&straight));
+                }
+            });
             assert!(inside > 100 && near_edges > 5, "{name}: {inside} {near_edges}");
             assert!(beside > 0, "{name}: the planted fault told the same, {beside} {within}");
             assert!(name == "room/ceiling" || within > 0, "{name}: the planted fault told the same");
@@ -174,26 +188,19 @@ mod tests {
             "luminaires": [ { "name": "a", "type": "point", "position": [2,1.5,1.5], "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let world = World::new(&scene);
-        let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
         for (name, has_cupboard) in [("one/x_max", true), ("next/x_min", false)] {
-            let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface") as u32;
             let (mut hidden, mut fault) = (0, 0);
-            for index in world.elements.of_surface(&scene, surface) {
-                let element = Element::of(&world, &scene, &world.elements, index);
-                for place in 0..5_000 {
-                    stream.seek((u64::from(index) << 32) | place);
-                    let at = element.draw(&world, &mut stream);
-                    let [_, y, z] = element.point_m(&world, at).to_array();
-                    let depth_m = (y - 1.0).min(2.0 - y).min(1.9 - z);
-                    if depth_m.abs() < 1e-4 {
-                        continue;
-                    }
-                    let (in_contact, _) = element.is_in_contact(&world, at, &mut stream);
-                    assert_eq!(in_contact, has_cupboard && depth_m > 0.0, "{name} y {y} z {z}");
-                    hidden += u32::from(in_contact);
-                    fault += u32::from(world.tracer.pressing_triangle(&element.origin(&world, at)).is_some());
+            for_each_point((&scene, &world), name, 5_000, 5, |element, at, stream| {
+                let [_, y, z] = element.point_m(&world, at).to_array();
+                let depth_m = (y - 1.0).min(2.0 - y).min(1.9 - z);
+                if depth_m.abs() < 1e-4 {
+                    return;
                 }
-            }
+                let (in_contact, _) = element.is_in_contact(&world, at, stream);
+                assert_eq!(in_contact, has_cupboard && depth_m > 0.0, "{name} y {y} z {z}");
+                hidden += u32::from(in_contact);
+                fault += u32::from(world.tracer.pressing_triangle(&element.origin(&world, at)).is_some());
+            });
             assert!((hidden > 100) == has_cupboard && fault > 2 * hidden + 100, "{name}: {hidden} {fault}");
         }
     }
@@ -210,24 +217,16 @@ mod tests {
             "luminaires": [ { "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let world = World::new(&scene);
-        let surface =
-            scene.surfaces.iter().position(|surface| surface.name == "room/ceiling").expect("a surface") as u32;
-        let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
         let mut in_the_dark = 0;
-        for index in world.elements.of_surface(&scene, surface) {
-            let element = Element::of(&world, &scene, &world.elements, index);
-            for place in 0..20_000 {
-                stream.seek((u64::from(index) << 32) | place);
-                let at = element.draw(&world, &mut stream);
-                let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
-                let meets_back = |direction: DVec3| {
-                    let met = world.tracer.first_hit_from_there(&origin, direction);
-                    matches!(met, Meeting::Surface(hit) if !world.receives(hit.triangle, hit.side))
-                };
-                in_the_dark += u32::from((0..RAYS).all(|_| meets_back(cosine_hemisphere(normal, stream.pair()))));
-                assert!(!is_in_contact(&world, &origin, normal, &mut stream).0, "{}", element.point_m(&world, at));
-            }
-        }
+        for_each_point((&scene, &world), "room/ceiling", 20_000, 4, |element, at, stream| {
+            let (origin, normal) = (element.origin(&world, at), element.normal_at(&world, at));
+            let meets_back = |direction: DVec3| {
+                let met = world.tracer.first_hit_from_there(&origin, direction);
+                matches!(met, Meeting::Surface(hit) if !world.receives(hit.triangle, hit.side))
+            };
+            in_the_dark += u32::from((0..RAYS).all(|_| meets_back(cosine_hemisphere(normal, stream.pair()))));
+            assert!(!is_in_contact(&world, &origin, normal, stream).0, "{}", element.point_m(&world, at));
+        });
         assert!(in_the_dark > 100, "the planted fault told the same: {in_the_dark}");
     }
 }

@@ -213,6 +213,9 @@ impl Anchors {
         for (factor, anchor) in self.bound_factors.iter_mut().zip(&self.list) {
             *factor = 1.0 / self.walk_rates[anchor.entry as usize];
         }
+        if !self.planes {
+            return;
+        }
         let stored = |((anchor, level), factor): ((&ScorePlace, &f64), &f64)| PlaneAnchor {
             point_m: anchor.point_m,
             normal: anchor.normal,
@@ -332,14 +335,9 @@ impl Anchors {
     fn kernel_per_m2(&self, world: &World, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;
         let square = offset_m.length_squared();
-        if let PlaceResponse::Plane = anchor.response {
-            // cos θ cos θ_y/d² without a square root.
-            let cosines = anchor.normal.dot(offset_m).max(0.0) * normal.dot(offset_m).abs();
-            return cosines / (square * square).max(f64::MIN_POSITIVE);
-        }
-        let towards = offset_m.normalize_or_zero();
-        let leaving = normal.dot(towards).abs();
-        anchor.response.of(world, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
+        // With R d and d cos θ_y, a plane needs no square root.
+        let response_m = anchor.response.times_distance_m(world, anchor.normal, offset_m);
+        response_m * normal.dot(offset_m).abs() / (square * square).max(f64::MIN_POSITIVE)
     }
 
     /// Lets a vertex score: calls `add(entry, score)` for one lm with the visible part of each score. Returns the number of rays.
@@ -460,15 +458,17 @@ impl Anchors {
 }
 
 impl PlaceResponse {
-    /// Response to light from a unit direction. It is 1 for a plane that faces it.
-    fn of(&self, world: &World, normal: DVec3, towards: DVec3) -> f64 {
+    /// Response to light from an offset in m, times its length. The response is 1 for a plane that faces it.
+    fn times_distance_m(&self, world: &World, normal: DVec3, offset_m: DVec3) -> f64 {
+        let distance_m = || offset_m.length();
+        let towards = || offset_m.normalize_or_zero();
         match self {
-            PlaceResponse::Plane => normal.dot(towards).max(0.0),
-            PlaceResponse::Body(body) => body.response(towards),
+            PlaceResponse::Plane => normal.dot(offset_m).max(0.0),
+            PlaceResponse::Body(body) => distance_m() * body.response(towards()),
             PlaceResponse::Gloss { triangle, leaving } => {
                 let bsdf = world.bsdf(*triangle);
-                let spread_per_sr = bsdf.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
-                PI / bsdf.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)
+                let spread_per_sr = bsdf.spread_per_sr(&Pair { normal, towards: towards(), leaving: *leaving });
+                PI / bsdf.total(1.0) * spread_per_sr * normal.dot(offset_m).max(0.0)
             }
         }
     }

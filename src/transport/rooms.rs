@@ -1,116 +1,40 @@
-//! Rooms of a scene: closed pieces of surface that face inward. No light gets from one to another, so nothing is shared between them.
+//! Rooms of a scene: closed shells that face inward. No light gets from one to another, so nothing is shared between them.
 
-use glam::DVec3;
-
+use crate::check::{Shell, plain_shells_of_geometries};
 use crate::scene::Scene;
 
 /// Largest number of rooms that are told apart. The others count as one with what lies in no room.
 const MOST_ROOMS: usize = u8::MAX as usize;
-/// A piece is closed if its triangles, as vectors of their areas, add up to less than this share of its area.
-const CLOSED: f64 = 1e-9;
-
-/// A piece of surface whose triangles are connected by vertices.
-#[derive(Clone)]
-struct ConnectedPiece {
-    /// Sum of the triangles' normals times their areas, in m².
-    area_vector_m2: DVec3,
-    area_m2: f64,
-    /// Signed volume in m³ about its first corner; negative if it faces inward.
-    volume_m3: f64,
-    first_m: DVec3,
-    low_m: DVec3,
-    high_m: DVec3,
-}
-
-impl ConnectedPiece {
-    fn from(first_m: DVec3) -> ConnectedPiece {
-        ConnectedPiece {
-            area_vector_m2: DVec3::ZERO,
-            area_m2: 0.0,
-            volume_m3: 0.0,
-            first_m,
-            low_m: DVec3::INFINITY,
-            high_m: DVec3::NEG_INFINITY,
-        }
-    }
-
-    fn add(&mut self, corners_m: [DVec3; 3]) {
-        let [a, b, c] = corners_m.map(|corner| corner - self.first_m);
-        let vector_m2 = 0.5 * (b - a).cross(c - a);
-        self.area_vector_m2 += vector_m2;
-        self.area_m2 += vector_m2.length();
-        self.volume_m3 += a.dot(b.cross(c)) / 6.0;
-        for corner in corners_m {
-            (self.low_m, self.high_m) = (self.low_m.min(corner), self.high_m.max(corner));
-        }
-    }
-
-    fn is_room(&self) -> bool {
-        self.volume_m3 < 0.0 && self.area_vector_m2.length() < CLOSED * self.area_m2
-    }
-
-    fn holds(&self, point_m: DVec3) -> bool {
-        point_m.cmpge(self.low_m).all() && point_m.cmple(self.high_m).all()
-    }
-}
 
 /// Number of the room of each triangle, from 1: the room that it encloses, or the smallest one whose bounding box contains the middle of
-/// its piece. 0 if there is none. `None` if the scene has fewer than two rooms.
+/// its shell. 0 if there is none. `None` if the scene has fewer than two rooms.
 pub(super) fn rooms_of_triangles(scene: &Scene) -> Option<Vec<u8>> {
-    let (pieces, piece_of) = connected_pieces(scene);
-    let mut rooms: Vec<&ConnectedPiece> = pieces.iter().filter(|piece| piece.is_room()).collect();
-    rooms.truncate(MOST_ROOMS);
+    let shells = plain_shells_of_geometries(scene);
+    let is_room = |shell: &&Shell| shell.closed && shell.volume_m3 < 0.0;
+    let rooms: Vec<&Shell> = shells.iter().filter(is_room).take(MOST_ROOMS).collect();
     if rooms.len() < 2 {
         return None;
     }
-    let room_of = |piece: &ConnectedPiece| {
-        if let Some(own) = rooms.iter().position(|room| std::ptr::eq(*room, piece)) {
+    let room_of = |shell: &Shell| {
+        if let Some(own) = rooms.iter().position(|room| std::ptr::eq(*room, shell)) {
             return own as u8 + 1;
         }
-        let middle_m = 0.5 * (piece.low_m + piece.high_m);
-        let around = rooms.iter().enumerate().filter(|(_, room)| room.holds(middle_m));
+        let [low_m, high_m] = shell.bounds_m();
+        let middle_m = 0.5 * (low_m + high_m);
+        let is_around = |room: &Shell| {
+            let [low_m, high_m] = room.bounds_m();
+            middle_m.cmpge(low_m).all() && middle_m.cmple(high_m).all()
+        };
+        let around = rooms.iter().enumerate().filter(|(_, room)| is_around(room));
         let smallest = around.min_by(|(_, one), (_, other)| other.volume_m3.total_cmp(&one.volume_m3));
         smallest.map_or(0, |(number, _)| number as u8 + 1)
     };
-    let numbers: Vec<u8> = pieces.iter().map(room_of).collect();
-    Some(piece_of.into_iter().map(|piece| numbers[piece as usize]).collect())
-}
-
-/// The pieces of a scene's surface in the order of their first triangles, and the number of the piece of each triangle.
-fn connected_pieces(scene: &Scene) -> (Vec<ConnectedPiece>, Vec<u32>) {
-    let mut leads_to: Vec<u32> = (0..scene.vertices_m.len() as u32).collect();
-    for [a, b, c] in &scene.triangles {
-        let root = end(&mut leads_to, *a);
-        for vertex in [*b, *c] {
-            let other = end(&mut leads_to, vertex);
-            leads_to[other as usize] = root;
-        }
+    let mut numbers = vec![0; scene.triangles.len()];
+    for shell in &shells {
+        let number = room_of(shell);
+        shell.triangles.iter().for_each(|triangle| numbers[*triangle as usize] = number);
     }
-    let mut pieces: Vec<ConnectedPiece> = Vec::new();
-    // The piece of each vertex at the end of a path, once known.
-    let mut numbers = vec![None; scene.vertices_m.len()];
-    let piece_of = (0..scene.triangles.len() as u32).map(|triangle| {
-        let corners_m = scene.corners_m(triangle);
-        let root = end(&mut leads_to, scene.triangles[triangle as usize][0]);
-        let number = *numbers[root as usize].get_or_insert(pieces.len() as u32);
-        if number as usize == pieces.len() {
-            pieces.push(ConnectedPiece::from(corners_m[0]));
-        }
-        pieces[number as usize].add(corners_m);
-        number
-    });
-    let piece_of = piece_of.collect();
-    (pieces, piece_of)
-}
-
-/// The vertex at the end of a path, which is halved on the way.
-fn end(leads_to: &mut [u32], mut vertex: u32) -> u32 {
-    while leads_to[vertex as usize] != vertex {
-        let next = leads_to[vertex as usize];
-        leads_to[vertex as usize] = leads_to[next as usize];
-        vertex = next;
-    }
-    vertex
+    Some(numbers)
 }
 
 #[cfg(test)]

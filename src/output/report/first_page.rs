@@ -138,7 +138,7 @@ impl Report<'_> {
     }
 
     /// Number and maintained flux in lm of the luminaires other than sky and sun, and whether these add light.
-    fn lamps(&self) -> (usize, String, bool) {
+    pub(super) fn lamps(&self) -> (usize, String, bool) {
         let lamps = self.scene.lamps();
         let flux_lm = lamps.clone().map(|luminaire| luminaire.luminous_flux_lm).sum();
         let count = lamps.count();

@@ -50,10 +50,9 @@ impl Report<'_> {
             ]);
         }
         let mut total = vec![String::new(); head.len()];
-        let lamps = self.scene.lamps();
-        (total[1], total[3]) = (say!("Total").to_owned(), lamps.clone().count().to_string());
-        total[8] = amount(lamps.clone().map(|luminaire| luminaire.luminous_flux_lm).sum());
-        if lamps.count() > 0 {
+        let (lamps, all_lm, _) = self.lamps();
+        (total[1], total[3], total[8]) = (say!("Total").to_owned(), lamps.to_string(), all_lm);
+        if lamps > 0 {
             table.total(total);
         }
         let mut page = format!(
