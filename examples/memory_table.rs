@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use glam::DVec3;
 use luxmc::base::memory::{CountedMemory, peak_bytes};
-use luxmc::caches::{CellGrid, CellLight, CellSample, Lookup};
+use luxmc::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup};
 use serde_json::Value;
 
 #[global_allocator]
@@ -179,9 +179,10 @@ fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
     let lookups = (0..across * across).map(|place| {
         let [column, row] = [place % across, place / across].map(|number| (number as f64 + 0.5) * 10.0 / across as f64);
         let point_m = DVec3::new(column, row, 0.0);
-        Lookup { point_m, normal: DVec3::Z, direction: DVec3::NEG_Z, distance_m: 0.1, room: 0 }
+        Lookup { point_m, normal: DVec3::Z, distance_m: 0.1 }
     });
-    let asked: Vec<u32> = lookups.map(|lookup| cells.grid.look_up(&lookup)).collect();
+    let keys: Vec<CellKey> = lookups.map(|lookup| cells.grid.key(&lookup, |_| true)).collect();
+    let asked: Vec<u32> = keys.into_iter().map(|key| cells.grid.cell(key)).collect();
     for (place, cell) in asked.iter().enumerate() {
         for _ in 0..samples {
             cells.book(*cell);

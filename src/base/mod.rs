@@ -5,6 +5,7 @@ pub mod form_factors;
 pub mod glare;
 pub mod half_samples;
 pub mod harmonics;
+pub mod linked_sets;
 pub mod memory;
 pub mod pane;
 pub mod pareto;

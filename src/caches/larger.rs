@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CellGrid, CellKey};
+use super::{CellGrid, CellKey, NO_ENCLOSURE};
 use crate::base::memory::bytes_of_list;
 
 /// Cells of all sizes that contain samples, each with its light.
@@ -12,24 +12,25 @@ pub struct LargerCells {
     grid: CellGrid,
     /// Light of each cell in lx: its own if it has samples itself, else the mean of all samples within it.
     gathered_lx: Vec<f32>,
-    /// Mean light of all samples in lx, used if no larger cell has samples either.
-    usual_lx: f32,
+    /// For each enclosure, the mean light of all its samples in lx, used if no larger cell has samples either.
+    usual_lx: Vec<f32>,
 }
 
 impl LargerCells {
-    /// Builds the larger cells from the cells that have samples: number of the cell, number of its samples, and its light in lx.
-    pub fn of(grid: &CellGrid, sampled: impl Iterator<Item = (u32, u16, f32)>) -> LargerCells {
-        let mut held = LargerCells { grid: grid.emptied(), gathered_lx: Vec::new(), usual_lx: 0.0 };
+    /// Builds the larger cells of each enclosure from the cells that have samples: number of the cell, number of its enclosure and of its
+    /// samples, and its light in lx.
+    pub fn of(grid: &CellGrid, sampled: impl Iterator<Item = (u32, u8, u16, f32)>) -> LargerCells {
+        let mut held = LargerCells { grid: grid.emptied(), gathered_lx: Vec::new(), usual_lx: Vec::new() };
         let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); grid.levels()];
         // Sum of light over the samples within, and the number of samples.
-        let (mut sums, mut whole) = (Vec::new(), [0.0; 2]);
-        for (cell, count, lx) in sampled {
-            let key = grid.key_of(cell);
+        let (mut sums, mut wholes) = (Vec::new(), [[0.0; 2]; NO_ENCLOSURE as usize + 1]);
+        for (cell, enclosure, count, lx) in sampled {
+            let key = grid.key_of(cell).within(enclosure);
             let own = [f64::from(count) * f64::from(lx), f64::from(count)];
             by_level[key.level() as usize].push(held.grid.cell(key));
             sums.push(own);
             held.gathered_lx.push(lx);
-            add(&mut whole, own);
+            add(&mut wholes[usize::from(enclosure)], own);
         }
         let with_own = sums.len();
         for level in 0..by_level.len() {
@@ -47,25 +48,25 @@ impl LargerCells {
             }
         }
         held.gathered_lx.extend(sums[with_own..].iter().map(|sum| mean_lx(*sum)));
-        held.usual_lx = mean_lx(whole);
+        held.usual_lx = wholes.map(mean_lx).to_vec();
         held
     }
 
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        self.grid.bytes() + bytes_of_list(&self.gathered_lx)
+        self.grid.bytes() + bytes_of_list(&self.gathered_lx) + bytes_of_list(&self.usual_lx)
     }
 
-    /// Light of a cell without samples, in lx: that of the smallest cell with samples that contains it.
-    pub fn tell_lx(&self, key: CellKey) -> f32 {
-        let mut at = Some(key);
+    /// Light of a cell of an enclosure without samples, in lx: that of the smallest cell with samples of the enclosure that contains it.
+    pub fn tell_lx(&self, key: CellKey, enclosure: u8) -> f32 {
+        let mut at = Some(key.within(enclosure));
         while let Some(key) = at {
             if let Some(cell) = self.grid.find(key) {
                 return self.gathered_lx[cell as usize];
             }
             at = self.grid.above(key);
         }
-        self.usual_lx
+        self.usual_lx.get(usize::from(enclosure)).copied().unwrap_or(0.0)
     }
 }
 

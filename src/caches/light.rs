@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::CellGrid;
+use super::enclosures::LinkedCells;
 use super::larger::LargerCells;
 use super::system::{CellSample, System};
 use crate::base::memory::bytes_of_list;
@@ -30,6 +31,8 @@ pub struct CellLight {
     values_lx: Vec<f32>,
     /// Variance of it in lx² from the randomness of the samples.
     variances_lx2: Vec<f32>,
+    /// Which cells light passes between.
+    linked: LinkedCells,
     /// Number of samples and cells included in the latest solution.
     solved: usize,
     filled: usize,
@@ -49,6 +52,7 @@ impl CellLight {
             counts: Vec::new(),
             values_lx: Vec::new(),
             variances_lx2: Vec::new(),
+            linked: LinkedCells::default(),
             solved: 0,
             filled: 0,
             usual_spread: 1.0,
@@ -73,6 +77,7 @@ impl CellLight {
             + bytes_of_list(&self.counts)
             + bytes_of_list(&self.values_lx)
             + bytes_of_list(&self.variances_lx2)
+            + self.linked.bytes()
             + self.larger.bytes()
     }
 
@@ -105,30 +110,44 @@ impl CellLight {
         self.variances_lx2.get(cell as usize).copied().unwrap_or(0.0)
     }
 
+    /// Number of the enclosure of every cell, or [`super::NO_ENCLOSURE`]. `None` if there is only one enclosure.
+    pub fn enclosures(&mut self) -> Option<Vec<u8>> {
+        self.counts.resize(self.grid.len(), 0);
+        self.linked.see(&self.samples, self.grid.len());
+        self.linked.numbers(&self.counts)
+    }
+
+    /// Puts a cell without samples into the enclosure of another one, unless it is in one already.
+    pub fn put(&mut self, unsampled: u32, known: u32) {
+        self.linked.put(unsampled, known);
+    }
+
     /// Solves for the light of all cells, if there are samples or cells that the latest solution does not include.
     pub fn solve(&mut self) {
         if (self.solved, self.filled) == (self.samples.len(), self.grid.len()) {
             return;
         }
-        self.counts.resize(self.grid.len(), 0);
+        let enclosures = self.enclosures();
+        let enclosure_of = |cell: u32| enclosures.as_ref().map_or(0, |numbers| numbers[cell as usize]);
         self.values_lx.resize(self.grid.len(), 0.0);
         self.variances_lx2.resize(self.grid.len(), 0.0);
         if self.solved < self.samples.len() {
-            self.solve_sampled();
+            self.solve_sampled(enclosure_of);
             // The values of cells without samples are out of date.
             self.filled = 0;
         }
-        self.fill_unsampled();
+        self.fill_unsampled(enclosure_of);
     }
 
     /// Solves for the light of the cells that have samples.
-    fn solve_sampled(&mut self) {
+    fn solve_sampled(&mut self, enclosure_of: impl Fn(u32) -> u8) {
         let mut system = System::of(&self.samples, &self.counts, &self.values_lx);
         system.solve();
         system.cells.iter().zip(&system.values_lx).for_each(|(cell, lx)| self.values_lx[*cell as usize] = *lx);
         self.tell_variances(&system.cells);
         let sampled = system.cells.iter().zip(&system.values_lx);
-        self.larger = LargerCells::of(&self.grid, sampled.map(|(cell, lx)| (*cell, self.counts[*cell as usize], *lx)));
+        let sampled = sampled.map(|(cell, lx)| (*cell, enclosure_of(*cell), self.counts[*cell as usize], *lx));
+        self.larger = LargerCells::of(&self.grid, sampled);
         self.solved = self.samples.len();
     }
 
@@ -167,10 +186,10 @@ impl CellLight {
     }
 
     /// Gives new cells without samples the light of larger cells.
-    fn fill_unsampled(&mut self) {
+    fn fill_unsampled(&mut self, enclosure_of: impl Fn(u32) -> u8) {
         for cell in self.filled..self.counts.len() {
             if self.counts[cell] == 0 {
-                let lx = self.larger.tell_lx(self.grid.key_of(cell as u32));
+                let lx = self.larger.tell_lx(self.grid.key_of(cell as u32), enclosure_of(cell as u32));
                 self.values_lx[cell] = lx;
                 self.variances_lx2[cell] = (self.usual_spread * f64::from(lx).powi(2) / OF_NO_SAMPLE) as f32;
             }
@@ -190,8 +209,8 @@ mod tests {
         let mut light = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(8.0)], [0.2, 0.3, 0.4], 0.5));
         for cell in 0..count {
             let point_m = DVec3::new(f64::from(cell), 0.0, 0.0);
-            let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0, room: 0 };
-            assert_eq!(light.grid.look_up(&lookup), cell);
+            let key = light.grid.key(&Lookup { point_m, normal: DVec3::Z, distance_m: 1.0 }, |_| true);
+            assert_eq!(light.grid.cell(key), cell);
         }
         light
     }
@@ -237,8 +256,8 @@ mod tests {
         let mut light = cells(1);
         sampled(&mut light, 0, 10.0, 0.0, NO_CELL);
         let look_up = |light: &mut CellLight, normal: DVec3| {
-            let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05, room: 0 };
-            light.grid.look_up(&lookup)
+            let key = light.grid.key(&Lookup { point_m: DVec3::X, normal, distance_m: 0.05 }, |_| true);
+            light.grid.cell(key)
         };
         let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| look_up(&mut light, normal));
         light.solve();

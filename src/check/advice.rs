@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
 use super::insides::SolidLookup;
-use super::shells::{Shell, bounds_m};
+use super::shells::Shell;
 use super::straight::{FirstMet, MOST_LINE_TESTS, first_met};
 use super::warnings::names;
 use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene, listed, place_words};
@@ -75,7 +75,7 @@ fn advise_on_maintenance(luminaires: &[Luminaire], advice: &mut Vec<String>) {
 }
 
 fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let rounding_m = ON_BOUNDS * low_m.distance(high_m);
     let is_outside =
         |point_m: DVec3| point_m.cmplt(low_m - rounding_m).any() || point_m.cmpgt(high_m + rounding_m).any();
@@ -130,7 +130,7 @@ fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
 }
 
 fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let size_m = low_m.distance(high_m);
     let places: Vec<(&Luminaire, DVec3)> =
         scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, luminaire.emission.place_m()?))).collect();
@@ -219,7 +219,7 @@ pub(crate) fn luminaires_aimed_at_backs(scene: &Scene) -> Option<String> {
 
 /// Warns of horizontal grids in the lower half of a scene that face down, which are rarely intended.
 fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let middle_m = 0.5 * (low_m.z + high_m.z);
     let faces_down = |set: &&ReceiverSet| {
         matches!(set.layout, ReceiverLayout::Grid { .. })

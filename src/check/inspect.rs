@@ -8,7 +8,7 @@ use super::faults::MeshFaults;
 use super::insides::Enclosures;
 use super::inspect_bodies::{InspectedBody, bodies_of};
 use super::mesh_faults::mesh_faults;
-use super::shells::{bounds_m, one_vertex_a_place, shells_over};
+use super::shells::{one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
 use crate::scene::{Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, Scene, SurfaceId};
 
@@ -180,7 +180,7 @@ pub struct InspectedTotals {
 /// Returns the contents of a scene as the reader understood it.
 pub fn inspect(scene: &Scene) -> Inspection {
     let elements = Elements::of(scene);
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let vertex_of = one_vertex_a_place(scene);
     let shells = shells_over(scene, &vertex_of);
     let enclosures = Enclosures::of(scene, &shells);

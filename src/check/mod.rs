@@ -46,5 +46,5 @@ pub use inspect::{
 pub use inspect_bodies::InspectedBody;
 pub use proportions::{Proportions, Trust};
 pub use read::{read_and_inspect, read_scene, scene_from_json};
-pub use shells::{Shell, closed_shells_of_geometries, plain_shells_of_geometries, shells_of_scene};
+pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};
 pub use skipped::{MeshCheck, skip_checks};

@@ -11,7 +11,7 @@ use super::inspect::{Inspection, inspect};
 use super::mesh_faults::{MESH, warn_of_faults, warnings_of};
 use super::overlaps::{overlaps, overlaps_budget};
 use super::rooms_outward::refuse_rooms_outward;
-use super::shells::{Shell, bounds_m, closed_shells_of_geometries, size_m};
+use super::shells::{Shell, closed_shells_of_geometries, size_m};
 use super::skipped::{MeshCheck, words_on_skipped};
 use super::sky_openings::find_openings;
 use super::walls::place_backgrounds;
@@ -157,7 +157,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
 }
 
 fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let size_m = low_m.distance(high_m);
     let least_m = if unit.name == "m" { SUSPICIOUSLY_SMALL_M } else { SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M };
     if !(least_m..=SUSPICIOUSLY_LARGE_M).contains(&size_m) {

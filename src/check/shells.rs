@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::box_tree::{Box3, Budget};
 use super::by_number::sorted_by_number;
 use super::winding::WindingTree;
+use crate::base::linked_sets::LinkedSets;
 use crate::scene::Scene;
 
 /// A connected piece of surface.
@@ -63,7 +64,7 @@ impl Shell {
     }
 
     /// Lowest and highest coordinates in m.
-    pub fn bounds_m(&self) -> Box3 {
+    pub(super) fn bounds_m(&self) -> Box3 {
         [self.low_m, self.high_m]
     }
 }
@@ -83,20 +84,17 @@ fn shells(
     let (Some(lowest), Some(highest)) = (numbers().min(), numbers().max()) else {
         return Vec::new();
     };
-    let mut parents: Vec<u32> = (0..=highest - lowest).collect();
+    let mut linked = LinkedSets::new((highest - lowest) as usize + 1);
     for triangle in triangles.clone() {
         let [a, b, c] = corners(triangle).map(|vertex| vertex - lowest);
-        let root = root_of(&mut parents, a);
-        for vertex in [b, c] {
-            let other = root_of(&mut parents, vertex);
-            parents[other as usize] = root;
-        }
+        linked.link(a, b);
+        linked.link(a, c);
     }
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut shells: Vec<Shell> = Vec::new();
     let mut last: Option<(u32, usize)> = None;
     for triangle in triangles {
-        let root = root_of(&mut parents, corners(triangle)[0] - lowest);
+        let root = linked.root(corners(triangle)[0] - lowest);
         let place = match last {
             Some((last_root, place)) if last_root == root => place,
             _ => *places.entry(root).or_insert_with(|| {
@@ -118,17 +116,6 @@ fn shells(
         shell.measure(scene, corners, with_trees);
     }
     shells
-}
-
-/// Returns the root of a vertex, and halves the path to it.
-fn root_of(parents: &mut [u32], vertex: u32) -> u32 {
-    let mut root = vertex;
-    while parents[root as usize] != root {
-        let next = parents[parents[root as usize] as usize];
-        parents[root as usize] = next;
-        root = next;
-    }
-    root
 }
 
 /// Returns the edges of triangles: the ends with the lower number first, whether the triangle runs that way, and the triangle. Equal edges
@@ -170,20 +157,14 @@ impl Shell {
 
 /// Returns the closed shells of every geometry by itself.
 pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
-    shells_of_geometries(scene, true).filter(|shell| shell.closed).collect()
-}
-
-/// Returns the shells of every geometry by itself, without the trees for inside tests.
-pub fn plain_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
-    shells_of_geometries(scene, false).collect()
-}
-
-fn shells_of_geometries(scene: &Scene, with_trees: bool) -> impl Iterator<Item = Shell> {
     let geometries = scene.surfaces.chunk_by(|one, other| one.geometry == other.geometry);
-    geometries.flat_map(move |parts| {
-        let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
-        shells(scene, triangles, |vertex| vertex, with_trees)
-    })
+    geometries
+        .flat_map(|parts| {
+            let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
+            shells(scene, triangles, |vertex| vertex, true)
+        })
+        .filter(|shell| shell.closed)
+        .collect()
 }
 
 /// Returns the shells of the scene as a whole. Exactly coinciding vertices of different geometries count as one, so that a room made of
@@ -216,15 +197,9 @@ pub(super) fn reflects_on_both_sides(scene: &Scene, shell: &Shell) -> bool {
     shell.triangles.iter().all(|triangle| scene.surface_of(*triangle).two_sided)
 }
 
-/// Returns the lowest and highest coordinates of the geometry in m.
-pub(super) fn bounds_m(scene: &Scene) -> [DVec3; 2] {
-    let corners = || (0..scene.triangles.len() as u32).flat_map(|triangle| scene.corners_m(triangle));
-    [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
-}
-
 /// Returns the diagonal of the geometry's bounding box in m.
 pub(super) fn size_m(scene: &Scene) -> f64 {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     low_m.distance(high_m)
 }
 

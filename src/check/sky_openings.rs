@@ -10,7 +10,7 @@ use super::box_tree::Budget;
 use super::faults::{MeshFaults, RimEdge};
 use super::insides::SolidLookup;
 use super::mesh_faults::{lies_in_a_plane, lines_of};
-use super::shells::{Shell, bounds_m, one_vertex_a_place, plain_shells_over, sorted_edges};
+use super::shells::{Shell, one_vertex_a_place, plain_shells_over, sorted_edges};
 use super::straight::first_met;
 use super::t_junctions::closed_at_t_junctions;
 use crate::base::solid_angle::signed_triangle_solid_angle_sr;
@@ -36,7 +36,7 @@ const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.98, 0.01, 0.01], [0.01, 0.98, 
 
 /// Returns the openings of a scene.
 fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
-    let [low_m, high_m] = bounds_m(scene);
+    let [low_m, high_m] = scene.bounds_m();
     let points = || scene.receivers.iter().flat_map(|set| set.placed_points().iter().map(|point| point.position_m));
     let (low_m, high_m) = points().fold((low_m, high_m), |(low, high), point| (low.min(point), high.max(point)));
     let size_m = low_m.distance(high_m);

@@ -24,8 +24,7 @@ use crate::transport::World;
 const SAMPLES_A_TASK: usize = 64;
 
 /// Rays that start in cells look up cells of this many times the edge that rays of entries look up. Many such rays together make the light
-/// of one cell, so the errors of the cells that they look up average out. With 1, the cube takes a fifth to a third more time to 1 %; 4 makes
-/// no difference.
+/// of one cell, so the errors of the cells that they look up average out.
 const EDGES_FROM_CELLS: f64 = 2.0;
 
 /// Factor with which the light of a cell counts.
@@ -59,6 +58,7 @@ impl DiffusePlace {
 /// Records where a ray met the first diffuse surface, and how it looks the cell up there.
 struct FirstDiffuse<'a> {
     world: &'a World,
+    grid: &'a CellGrid,
     /// Whether a light sample for direct light is also taken there.
     samples: bool,
     /// Edge of the cell, relative to one that a ray of an entry looks up.
@@ -70,7 +70,7 @@ struct FirstDiffuse<'a> {
 #[derive(Clone, Copy)]
 pub struct CellPlace {
     place: DiffusePlace,
-    lookup: Lookup,
+    key: CellKey,
     reflectance: f64,
 }
 
@@ -80,18 +80,12 @@ impl Cache for FirstDiffuse<'_> {
     #[inline]
     fn look_up(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (CacheAnswer, u64) {
         let Receiver { point_m, normal, origin } = met.receiver;
-        self.found = Some(CellPlace {
-            place: DiffusePlace { point_m, normal, origin: *origin },
-            lookup: Lookup {
-                point_m,
-                normal,
-                direction: met.direction,
-                distance_m: self.edges * met.hit.distance_m,
-                room: self.world.room(met.hit.triangle),
-            },
-            reflectance: met.reflectance,
-        });
-        (if self.samples { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 0)
+        let tracer = &self.world.tracer;
+        let lookup = Lookup { point_m, normal, distance_m: self.edges * met.hit.distance_m };
+        let key = self.grid.key(&lookup, |to_m| !tracer.is_occluded(origin, &tracer.free_origin(to_m)));
+        let place = DiffusePlace { point_m, normal, origin: *origin };
+        self.found = Some(CellPlace { place, key, reflectance: met.reflectance });
+        (if self.samples { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 1)
     }
 }
 
@@ -116,8 +110,8 @@ impl PendingTerm {
 
 impl CellPlace {
     #[inline]
-    fn pending_term(&self, grid: &CellGrid, factor: f64) -> PendingTerm {
-        PendingTerm { key: grid.key(&self.lookup), factor: factor as f32 }
+    fn pending_term(&self, factor: f64) -> PendingTerm {
+        PendingTerm { key: self.key, factor: factor as f32 }
     }
 }
 
@@ -142,12 +136,12 @@ pub fn gather(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Gathered {
-    let mut first = FirstDiffuse { world, samples: true, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { world, grid, samples: true, edges: 1.0, found: None };
     let (variates, weight) = drawn(density, stream);
     let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     Gathered {
         plain_lx: sampled_lx + weight * arriving_lx,
-        term: first.found.map(|met| met.pending_term(grid, weight * met.reflectance)),
+        term: first.found.map(|met| met.pending_term(weight * met.reflectance)),
         bin: bin_of(variates) as u8,
         rays,
     }
@@ -162,8 +156,14 @@ fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
 
 /// Sends a ray from a point in a cell. Returns the light found apart from the cell's light in lx, the point whose cell it looks up (if it
 /// met one), and the number of rays.
-fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { world, samples: true, edges: EDGES_FROM_CELLS, found: None };
+fn send(
+    world: &World,
+    grid: &CellGrid,
+    receiver: &Receiver,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, Option<CellPlace>, u64) {
+    let mut first = FirstDiffuse { world, grid, samples: true, edges: EDGES_FROM_CELLS, found: None };
     let plain = walk_indirect_lx(world, receiver, &mut first, cut, stream);
     (plain.value, first.found, plain.rays)
 }
@@ -172,24 +172,26 @@ fn send(world: &World, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) 
 /// density, if there is one.
 pub fn find_cell_place(
     world: &World,
+    grid: &CellGrid,
     receiver: &Receiver,
     density: Option<&Density>,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
     let (variates, _) = drawn(density, stream);
-    trace_to_cell(world, receiver, variates, cut, stream)
+    trace_to_cell(world, grid, receiver, variates, cut, stream)
 }
 
 /// The same along the direction given by two variates.
 fn trace_to_cell(
     world: &World,
+    grid: &CellGrid,
     receiver: &Receiver,
     variates: [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (Option<CellPlace>, u64) {
-    let mut first = FirstDiffuse { world, samples: false, edges: 1.0, found: None };
+    let mut first = FirstDiffuse { world, grid, samples: false, edges: 1.0, found: None };
     let (_, rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     (first.found, rays)
 }
@@ -226,7 +228,7 @@ pub fn fill_cells(
     let mut wave: Vec<Booked> = Vec::new();
     let book = |cells: &mut CellLight, cell: u32, place: DiffusePlace| Booked { cell, number: cells.book(cell), place };
     for met in places {
-        let cell = cells.grid.look_up(&met.lookup);
+        let cell = cells.grid.cell(met.key);
         if cells.count(cell) < most_samples {
             wave.push(book(cells, cell, met.place));
         }
@@ -235,13 +237,14 @@ pub fn fill_cells(
     while !wave.is_empty() {
         let first = cells.sample_count();
         let room = || (stream(), Cut::default());
+        let grid = &cells.grid;
         let taken: Vec<Taken> = wave
             .par_iter()
             .enumerate()
             .with_min_len(SAMPLES_A_TASK)
             .map_init(room, |(stream, cut), (index, booked)| {
                 stream.seek_quasi((first + index) as u64, u64::from(booked.cell), u64::from(booked.number));
-                take(world, &booked.place, cut, stream)
+                take(world, grid, &booked.place, cut, stream)
             })
             .collect();
         let mut next_wave = Vec::new();
@@ -252,7 +255,7 @@ pub fn fill_cells(
                 cells.add(CellSample { cell, plain_lx, reflectance: 0.0, next: NO_CELL });
                 continue;
             };
-            let next = cells.grid.look_up(&met.lookup);
+            let next = cells.grid.cell(met.key);
             cells.add(CellSample { cell, plain_lx, reflectance: met.reflectance as f32, next });
             // A cell without any sample needs one. Further samples are worth less if less light is passed on.
             let count = cells.count(next);
@@ -266,8 +269,8 @@ pub fn fill_cells(
 }
 
 /// Takes a sample at a point: sends a ray on, and takes a light sample where it arrives.
-fn take(world: &World, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
-    let (plain_lx, next, rays) = send(world, &place.receiver(), cut, stream);
+fn take(world: &World, grid: &CellGrid, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
+    let (plain_lx, next, rays) = send(world, grid, &place.receiver(), cut, stream);
     let goes_on = next.is_some_and(|met| stream.happens(met.reflectance));
     Taken { plain_lx: plain_lx as f32, next, goes_on, rays }
 }
@@ -299,7 +302,7 @@ pub fn residual_walk(
     mut note: impl FnMut(PendingTerm),
 ) -> Walked {
     let (variates, weight_of_first) = drawn(density, stream);
-    let (met, rays) = trace_to_cell(world, receiver, variates, cut, stream);
+    let (met, rays) = trace_to_cell(world, grid, receiver, variates, cut, stream);
     let mut walked = Walked { plain_lx: 0.0, plain_of_step_lx: 0.0, bin: bin_of(variates) as u8, rays };
     let Some(mut here) = met else {
         return walked;
@@ -308,8 +311,8 @@ pub fn residual_walk(
     let mut surfaces = 0;
     while walked.rays < MOST_RAYS_OF_A_WALK && !world.patience.is_over(surfaces) {
         surfaces += 1;
-        note(here.pending_term(grid, -weight));
-        let (beside_lx, met, more_rays) = send(world, &here.place.receiver(), cut, stream);
+        note(here.pending_term(-weight));
+        let (beside_lx, met, more_rays) = send(world, grid, &here.place.receiver(), cut, stream);
         walked.plain_lx += weight * beside_lx;
         if surfaces == 1 {
             walked.plain_of_step_lx = walked.plain_lx;
@@ -318,7 +321,7 @@ pub fn residual_walk(
         let Some(next) = met else {
             return walked;
         };
-        note(next.pending_term(grid, weight * next.reflectance));
+        note(next.pending_term(weight * next.reflectance));
         if !stream.happens(next.reflectance) {
             return walked;
         }

@@ -61,6 +61,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Lowest and highest coordinates of the geometry in m.
+    pub fn bounds_m(&self) -> [DVec3; 2] {
+        let corners = || (0..self.triangles.len() as u32).flat_map(|triangle| self.corners_m(triangle));
+        [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
+    }
+
     /// Whether reports and the terminal show a surface.
     pub fn is_reported(&self, surface: &str) -> bool {
         !self.unreported.contains(surface)

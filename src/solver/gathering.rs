@@ -2,6 +2,7 @@
 //! Even and odd half have separate cells, so the halves are independent: their difference contains all random error. Replicas of a half
 //! look up the same cells with their own rays and walks. Residual walks measure the error of the cells.
 
+mod enclosures;
 mod gatherer;
 mod records;
 mod settle;
@@ -20,12 +21,12 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Ratio of a cell's edge to the length of the ray that looks it up: this factor times the error that maps aim at, within bounds. The error
 /// of a cell grows with its edge.
-const EDGES_AN_ERROR: f64 = 50.0;
+const EDGES_AN_ERROR: f64 = 120.0;
 /// Longest walks, in rays, for which that holds. In longer walks light is reflected more often, and each reflection adds the error of cells
 /// again. So edges are shorter by the factor by which walks are longer.
 const RAYS_OF_A_SHORT_WALK: f64 = 5.0;
-const LEAST_EDGE_SHARE: f64 = 0.05;
-const MOST_EDGE_SHARE: f64 = 0.25;
+const LEAST_EDGE_SHARE: f64 = 0.12;
+const MOST_EDGE_SHARE: f64 = 0.6;
 
 /// The cells of both halves, used by all maps of a run.
 #[derive(Serialize, Deserialize)]
@@ -40,7 +41,7 @@ impl CellSets {
     pub fn new(context: &Context, error: f64, rays_of_a_walk: f64) -> CellSets {
         let reflected_seldom = (RAYS_OF_A_SHORT_WALK / rays_of_a_walk).min(1.0);
         let edge_share = (EDGES_AN_ERROR * error * reflected_seldom).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
-        let bounds_m = context.world.tracer.bounds_m();
+        let bounds_m = context.scene.bounds_m();
         let cells = |half: u32| {
             let mut stream = Stream::new(context.seed, Purpose::Cells, 1, half);
             stream.seek(0);

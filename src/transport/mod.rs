@@ -7,7 +7,6 @@ mod near_emitters;
 mod near_luminaires;
 mod packets;
 mod patience;
-mod rooms;
 mod roulette;
 mod selection_by_cell;
 mod selection_by_region;
@@ -81,8 +80,6 @@ struct TriangleOptics {
     two_sided: bool,
     /// Whether no luminaire can light its front, and its back.
     unlit: [bool; 2],
-    /// Number of its room from 1; 0 if it is in none, or if there is only one.
-    room: u8,
 }
 
 /// A packet's arrival at a reflecting side of a surface.
@@ -139,7 +136,6 @@ impl World {
     pub fn new(scene: &Scene) -> World {
         // The tracer comes first: building it takes the most memory, for a while.
         let tracer = Tracer::new(scene);
-        let rooms = rooms::rooms_of_triangles(scene);
         let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
             .map(|triangle| {
                 let surface = scene.surface_of(triangle);
@@ -148,7 +144,6 @@ impl World {
                     bsdf: surface.material,
                     two_sided: surface.two_sided,
                     unlit: [false; 2],
-                    room: rooms.as_ref().map_or(0, |rooms| rooms[triangle as usize]),
                 }
             })
             .collect();
@@ -225,12 +220,6 @@ impl World {
     #[inline]
     pub fn receives(&self, triangle: u32, side: Side) -> bool {
         side == Side::Front || self.triangles[triangle as usize].two_sided
-    }
-
-    /// Number of a triangle's room, from 1; 0 if it is in none, or if the scene has only one. No light gets from one room to another.
-    #[inline]
-    pub fn room(&self, triangle: u32) -> u8 {
-        self.triangles[triangle as usize].room
     }
 
     /// Unit normal of a side of a triangle. For a leaf of a smooth body, the normal of the flat triangle between its corners.

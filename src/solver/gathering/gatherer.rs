@@ -49,7 +49,8 @@ impl Gatherer<'_> {
                 if start.weight == 0.0 {
                     return (None, start.rays);
                 }
-                let (met, rays) = find_cell_place(world, &start.receiver(), guide.density_at(entry), cut, stream);
+                let (met, rays) =
+                    find_cell_place(world, &cells.grid, &start.receiver(), guide.density_at(entry), cut, stream);
                 (met, start.rays + rays)
             })
             .collect();

@@ -110,13 +110,8 @@ mod tests {
         let mut cells = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(8.0)], [0.2, 0.3, 0.4], 0.5));
         let numbers = [10.0, 20.0, 40.0].map(|plain_lx| {
             let point_m = DVec3::X * f64::from(plain_lx) / 10.0;
-            let cell = cells.grid.look_up(&Lookup {
-                point_m,
-                normal: DVec3::Z,
-                direction: -DVec3::Z,
-                distance_m: 1.0,
-                room: 0,
-            });
+            let key = cells.grid.key(&Lookup { point_m, normal: DVec3::Z, distance_m: 1.0 }, |_| true);
+            let cell = cells.grid.cell(key);
             cells.book(cell);
             cells.add(CellSample { cell, plain_lx, reflectance: 0.0, next: NO_CELL });
             cell

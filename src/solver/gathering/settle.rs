@@ -16,6 +16,7 @@ impl GatheringProgress {
             return;
         };
         self.settled = numbers;
+        self.put_unsampled(sets);
         sets.solve();
         let (sets, passes) = (&*sets, self.passes());
         let rays = passes as usize * self.order.sites();
