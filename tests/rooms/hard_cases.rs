@@ -175,18 +175,11 @@ fn the_dark_side_of_a_shared_wall_gets_exactly_nothing() {
     assert!(values[12..].iter().all(|lx| *lx == 0.0), "{values:?}");
 }
 
-/// Two rooms of reflectance 0.9 share the plane of a wall, one is lit. By symmetry each of its faces has the mean Φ/(6 (1 − ρ)), the shared
-/// wall too; the other room is dark. By counting and by gathering (seed 1, to 3 %), elements as given. Where rooms shared cells (a fault
-/// that was mended), a dark element showed a tenth of the lit room; where the shared wall counted as hidden, its mean was a tenth.
-#[test]
-fn a_shared_wall_is_lit_on_the_lit_side_and_lets_no_light_through() {
-    /// Share of the lit room's light that the mean of all residual walks may bring to a dark element: 0.7 thousandths with seed 1.
-    const MOST_LEAKED: f64 = 3e-3;
-    let fine = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        room(name, min, max, "paint").replace('}', r#", "max_element_edge": 0.25 }"#)
-    };
-    let rooms = format!("{}, {}", fine("lit", [0.0; 3], [1.0; 3]), fine("dark", [1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
-    let scene = scene(0.9, &rooms, &lamp([0.5; 3]), "");
+/// Solves for given elements to 3 % with seed 1, by counting and by gathering, where a closed cube of 1 m and of reflectance 0.9, from x = 0
+/// on, is lit and what lies beyond it is dark. By symmetry each face of the cube has the mean Φ/(6 (1 − ρ)). A dark element may show a share
+/// of that mean, which the mean of all residual walks brings.
+fn no_light_leaves_the_lit_cube(geometry: &str, most_leaked: f64) {
+    let scene = scene(0.9, geometry, &lamp([0.5; 3]), "");
     let of_a_face_lx = 1000.0 / (6.0 * 0.1);
     for method in [Method::Collision, Method::Gather] {
         let settings = Settings {
@@ -197,17 +190,48 @@ fn a_shared_wall_is_lit_on_the_lit_side_and_lets_no_light_through() {
             ..Settings::default()
         };
         let solution = solve(&scene, &settings, &Silent);
-        for (name, average, _) in surfaces(&solution) {
-            let (room, lx) = (name.split('/').next(), average.value);
-            match room {
-                Some("lit") => assert!((lx / of_a_face_lx - 1.0).abs() < 0.03, "{method:?} {name}: {lx}"),
-                _ => assert!(lx.abs() < MOST_LEAKED * of_a_face_lx, "{method:?} {name}: {lx}"),
+        // Flux and area of each face, by its normal.
+        let mut faces = [[0.0; 2]; 6];
+        for (index, lx) in (0..).zip(&map(&solution, "elements").values.value) {
+            let element = solution.elements.element(index);
+            let (middle_m, normal) = solution.elements.middle(&scene, element);
+            if middle_m.x + 1e-3 * normal.x > 1.0 {
+                assert!(lx.abs() < most_leaked * of_a_face_lx, "{method:?} {middle_m}: {lx}");
+                continue;
             }
+            let [a, b, c] = solution.elements.corners_m(&scene, element);
+            let area_m2 = 0.5 * (b - a).cross(c - a).length();
+            let (axis, forward) = (normal.abs().max_position(), normal.max_element() > 0.5);
+            let face = &mut faces[2 * axis + usize::from(forward)];
+            *face = [face[0] + area_m2 * lx, face[1] + area_m2];
         }
-        let values = &map(&solution, "elements").values.value;
-        let dark = &values[values.len() / 2..];
-        assert!(dark.iter().all(|lx| lx.abs() < MOST_LEAKED * of_a_face_lx), "{method:?}: {dark:?}");
+        for [flux_lm, area_m2] in faces {
+            assert!((area_m2 - 1.0).abs() < 1e-6, "{area_m2}");
+            assert!((flux_lm / area_m2 / of_a_face_lx - 1.0).abs() < 0.03, "{method:?}: {faces:?}");
+        }
     }
+}
+
+fn fine_room(name: &str, min: [f64; 3], max: [f64; 3]) -> String {
+    room(name, min, max, "paint").replace('}', r#", "max_element_edge": 0.28 }"#)
+}
+
+/// Two rooms share the plane of a wall. Where they shared cells (a fault that was mended), a dark element showed a tenth of the lit room;
+/// where the shared wall counted as hidden, its mean was a tenth. With seed 1, walks bring 0.8 thousandths.
+#[test]
+fn a_shared_wall_is_lit_on_the_lit_side_and_lets_no_light_through() {
+    let rooms = [fine_room("lit", [0.0; 3], [1.0; 3]), fine_room("dark", [1.0, 0.0, 0.0], [2.0, 1.0, 1.0])];
+    no_light_leaves_the_lit_cube(&rooms.join(", "), 3e-3);
+}
+
+/// A sheet divides one box. Where cells joined the floor on its two sides (a fault that was mended), dark elements showed up to a ninth of
+/// the lit room, a fiftieth in the mean. With seed 1, walks bring 0.8 thousandths. No element lies on both sides.
+#[test]
+fn a_partition_lets_no_light_through() {
+    let sheet = r#"{ "name": "sheet", "type": "rectangle", "origin": [1,0,0], "u": [0,1,0], "v": [0,0,1], "material": "paint",
+        "two_sided": true, "max_element_edge": 0.28 }"#;
+    let box_and_sheet = [fine_room("box", [0.0; 3], [2.0, 1.0, 1.0]), sheet.to_string()];
+    no_light_leaves_the_lit_cube(&box_and_sheet.join(", "), 3e-3);
 }
 
 /// Two black rooms of 1 m, separated by a wall with a slit of this width at y = ½. Returns the flux behind it.
