@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use glam::DVec3;
 use luxmc::base::memory::{CountedMemory, peak_bytes};
-use luxmc::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup};
+use luxmc::caches::{CellGrid, CellLight, CellSample, Lookup};
 use serde_json::Value;
 
 #[global_allocator]
@@ -181,8 +181,11 @@ fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
         let point_m = DVec3::new(column, row, 0.0);
         Lookup { point_m, normal: DVec3::Z, distance_m: 0.1 }
     });
-    let keys: Vec<CellKey> = lookups.map(|lookup| cells.grid.key(&lookup, |_| true)).collect();
-    let asked: Vec<u32> = keys.into_iter().map(|key| cells.grid.cell(key)).collect();
+    let look_up = |lookup: Lookup| {
+        let key = cells.grid.key(&lookup, |_| true);
+        cells.grid.cell(key)
+    };
+    let asked: Vec<u32> = lookups.map(look_up).collect();
     for (place, cell) in asked.iter().enumerate() {
         for _ in 0..samples {
             cells.book(*cell);

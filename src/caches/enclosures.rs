@@ -1,4 +1,4 @@
-//! LinkedCells: cells between which light passes. No light gets from one enclosure to another.
+//! Enclosures: cells between which light passes. No light gets from one enclosure to another.
 
 use serde::{Deserialize, Serialize};
 
