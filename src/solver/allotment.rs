@@ -1,4 +1,4 @@
-//! How many walks each point takes in a pass: more where walks scatter more.
+//! How many walks each point takes in a pass: more where walks scatter more. Light samples of elements are shared out in the same way.
 //! A fixed number of walks has the least variance if each point takes walks in proportion to the standard deviation of one walk. (Neyman
 //! 1934, "On the two different aspects of the representative method".) Past walks decide on future walks and stay in the map, with one
 //! weight for all points. That weight is computed from all walks together, so it hardly depends on the chance of any point.
@@ -76,6 +76,12 @@ impl Allotment {
     /// Walks that `points` points take in a pass.
     pub fn of_all(&self, points: usize) -> u64 {
         (0..points).map(|point| self.of(point)).sum()
+    }
+
+    /// The allotment of least work for entries of these variances, each times the entry's weight, if one sample of each would take `passes`
+    /// passes to the target.
+    pub fn to_target(variances: &[f64], passes: f64) -> Allotment {
+        if passes > 1.0 { Allotment::default().fitting(variances, u64::MAX, passes) } else { Allotment::default() }
     }
 
     /// Variance of a pass over the map's points, relative to that of one walk from each.

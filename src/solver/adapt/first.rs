@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::{Adaptive, slope_from_m};
+use super::{Adaptive, samples_to_error, slope_from_m};
 use crate::estimators::direct::{DirectPass, SamplePair};
 use crate::estimators::element::Element;
 use crate::maps::Detail;
@@ -96,15 +96,21 @@ impl Cutting {
 
     /// The elements, and what a job stores for them, once there is no more to do.
     pub fn end(self, context: &Context) -> (Elements, Adaptive) {
-        let sloped = (0..self.elements.len()).map(|index| self.is_sloped(context, index));
+        let sloped: Vec<bool> = (0..self.elements.len()).map(|index| self.is_sloped(context, index)).collect();
+        let contact_free = self.contact_free.unwrap_or_default();
+        let error_lx = self.target_error * (self.means_lx[0] + self.means_lx[1]);
+        let scatters_lx2 = self.samples.iter().map(|samples| samples.scatter_lx2);
+        let direct_samples =
+            samples_to_error(context, &self.elements, (&sloped, &contact_free), scatters_lx2, error_lx);
         let adaptive = Adaptive {
-            sloped: sloped.collect(),
+            sloped,
+            direct_samples,
             references_lx: self
                 .samples
                 .iter()
                 .map(|samples| [samples.reference_lx(), Linear::even(self.means_lx[1])])
                 .collect(),
-            contact_free: self.contact_free.unwrap_or_default(),
+            contact_free,
             detail: Detail::new(self.elements.len()),
             rounds: 0,
             pilot_rays: self.rays,
@@ -185,10 +191,13 @@ impl Cutting {
 
     /// Ends sampling. Elements without samples (there were too many for the pilot) get the mean direct illuminance.
     fn end_sampling(&mut self) {
+        let sampled = || self.samples.iter().filter(|samples| samples.points > 0);
+        let scatter_lx2 = sampled().map(|samples| samples.scatter_lx2).sum::<f64>() / sampled().count().max(1) as f64;
         self.samples.resize(self.elements.len(), DirectSamples::default());
         let direct_lx = self.means_lx[0];
         for samples in self.samples.iter_mut().filter(|samples| samples.points == 0) {
-            (samples.mean_lx, samples.fitted_lx) = (direct_lx, Linear::even(direct_lx));
+            (samples.mean_lx, samples.fitted_lx, samples.scatter_lx2) =
+                (direct_lx, Linear::even(direct_lx), scatter_lx2);
         }
         (self.contact_free, self.done) = (Some(Vec::new()), 0);
     }
@@ -261,6 +270,8 @@ struct DirectSamples {
     fitted_lx: Linear,
     /// Mean square of what that function leaves out, in lx². It may be below 0 by random error.
     left_lx2: f64,
+    /// Variance of a point's mean of both samples about that function, in lx².
+    scatter_lx2: f64,
 }
 
 impl DirectSamples {
@@ -302,13 +313,19 @@ impl DirectSamples {
         };
         let sum: f64 = rows.iter().zip(seen).map(product).sum();
         let count = seen.len() as f64;
-        let left_lx2 = sum / (count - 3.0).max(1.0);
+        let free = (count - 3.0).max(1.0);
+        let left_lx2 = sum / free;
         let fitted = 0.5 * (one + other);
+        let square = |(row, seen): (&Vector3<f64>, &SamplePair)| {
+            (0.5 * (seen.samples_lx[0] + seen.samples_lx[1]) - row.dot(&fitted)).powi(2)
+        };
+        let scatter_lx2 = rows.iter().zip(seen).map(square).sum::<f64>() / free;
         let mean_lx = seen.iter().map(|seen| 0.5 * (seen.samples_lx[0] + seen.samples_lx[1])).sum::<f64>() / count;
         DirectSamples {
             mean_lx,
             fitted_lx: Linear([fitted.x, fitted.y, fitted.z]),
             left_lx2,
+            scatter_lx2,
             ..DirectSamples::default()
         }
     }
