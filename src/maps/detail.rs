@@ -24,15 +24,6 @@ pub struct DirectDetail {
     pub product_lx2: f64,
 }
 
-impl DirectDetail {
-    /// Adds a share of the sums of other samples.
-    pub fn add_share(&mut self, share: f64, other: &DirectDetail) {
-        self.bends_lx.iter_mut().zip(other.bends_lx).for_each(|(sum_lx, bend_lx)| *sum_lx += share * bend_lx);
-        self.sum_lx += share * other.sum_lx;
-        self.product_lx2 += share * other.product_lx2;
-    }
-}
-
 /// Sums for the variation of light within elements.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Detail {

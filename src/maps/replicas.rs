@@ -242,13 +242,18 @@ impl ReplicaMap {
     pub fn direct_variance(&self, weights: &[f64]) -> f64 {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let inverse = self.direct_samples.inverse(self.site_of(entry));
-            sum += weight * (inverse * standard_error(|replica| self.direct[replica][entry])).powi(2);
+            sum += weight * self.direct_variance_of(entry);
             if entry < self.sites {
                 weight_sum += weight;
             }
         }
-        REPLICAS as f64 * sum / weight_sum.max(f64::MIN_POSITIVE)
+        sum / weight_sum.max(f64::MIN_POSITIVE)
+    }
+
+    /// Returns the variance of a replica's direct light of one entry, in the square of the map's unit.
+    pub fn direct_variance_of(&self, entry: usize) -> f64 {
+        let inverse = self.direct_samples.inverse(self.site_of(entry));
+        REPLICAS as f64 * (inverse * standard_error(|replica| self.direct[replica][entry])).powi(2)
     }
 
     /// Returns the squared standard error of the mean over the replicas of a quantity given per replica. It excludes the error that the

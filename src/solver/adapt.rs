@@ -14,13 +14,13 @@ use super::allotment::Allotment;
 use super::coarse::{CoarseElements, CoarseLoss};
 use super::contact::{KnownContact, contact_free_shares};
 use super::context::Context;
-use super::empty_maps::Shows;
+use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
 use crate::estimators::direct::SamplePair;
 use crate::maps::basis::{Linear, SLOPES, bends_at};
-use crate::maps::{Detail, DirectDetail, REPLICAS, ReplicaMap, Variation, half_squares};
+use crate::maps::{Detail, DirectDetail, REPLICAS, ReplicaMap, Variation};
 use crate::scene::Elements;
 
 /// Largest share of the squared target that the whole discretisation may take in the run. Above it, if starting anew takes fewer rays than
@@ -116,20 +116,20 @@ pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
     (MOST_ELEMENTS as f64).min(in_time).min(in_memory) as usize
 }
 
-/// Adds two samples of the direct light of a point. Returns the scores of the mean and of the slopes in lx.
+/// Adds two samples of the direct light of a point, which are this share of a pass. Returns the scores of the mean and of the slopes in lx.
 #[inline]
-pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Linear) -> [f64; 1 + SLOPES] {
+pub fn add_direct(detail: &mut DirectDetail, seen: &SamplePair, reference: &Linear, share: f64) -> [f64; 1 + SLOPES] {
     let known_lx = reference.at(seen.at);
     let [one_lx, other_lx] = seen.samples_lx.map(|lx| lx - known_lx);
     let beyond_lx = 0.5 * (one_lx + other_lx);
     let bends = bends_at(seen.at);
     for (sum, bend) in detail.bends_lx.iter_mut().zip(bends) {
-        *sum += beyond_lx * bend;
+        *sum += share * beyond_lx * bend;
     }
-    detail.sum_lx += beyond_lx;
-    detail.product_lx2 += one_lx * other_lx;
+    detail.sum_lx += share * beyond_lx;
+    detail.product_lx2 += share * one_lx * other_lx;
     let [mean, first, second] = reference.0;
-    [mean + beyond_lx, first + beyond_lx * bends[0], second + beyond_lx * bends[1]]
+    [mean + beyond_lx, first + beyond_lx * bends[0], second + beyond_lx * bends[1]].map(|score_lx| share * score_lx)
 }
 
 /// Edge in m above which elements show slopes in any case. Over a smaller edge light changes less than the target requires.
@@ -257,13 +257,9 @@ impl Adaptive {
         };
         let sloped: Vec<bool> = parents.iter().enumerate().map(is_sloped).collect();
         // The map starts anew, so its samples enter no result.
-        let of_sample = |parent: &u32| {
-            let parent = *parent as usize;
-            scatter_lx2(map, parent) * self.direct_samples.of(parent) as f64
-        };
-        let scatters_lx2 = parents.iter().map(of_sample);
-        let direct_samples =
-            samples_to_error(context, finer, (&sloped, &contact_free), scatters_lx2, self.target_error * mean_lx);
+        let scatters_lx2: Vec<f64> = parents.iter().map(|parent| self.scatter_lx2(map, *parent as usize)).collect();
+        let shows = (&sloped[..], &contact_free[..]);
+        let direct_samples = samples_to_error(context, finer, shows, &scatters_lx2, self.target_error * mean_lx);
         Adaptive {
             sloped,
             direct_samples,
@@ -284,6 +280,12 @@ impl Adaptive {
             let Linear([mean, first, second]) = child.on(&coarse.shape.references_lx[child.parent as usize]);
             self.references_lx[site][1] = Linear(if whole { [mean, first, second] } else { [mean, 0.0, 0.0] });
         }
+    }
+
+    /// Variance of a single sample of an element's direct light, in lx².
+    fn scatter_lx2(&self, map: &ReplicaMap, index: usize) -> f64 {
+        let samples = map.direct_samples.complete * self.direct_samples.of(index);
+        map.direct_variance_of(index) * samples as f64
     }
 
     /// Which slopes and which parts of the elements are shown.
@@ -308,30 +310,21 @@ impl Adaptive {
 }
 
 /// Samples of direct light of each element in a pass on the way to an error in lx. `scatters_lx2` are the variances of single samples.
+/// The mean and both slopes scatter alike.
 fn samples_to_error(
     context: &Context,
     elements: &Elements,
-    (sloped, contact_free): Shows,
-    scatters_lx2: impl Iterator<Item = f64>,
+    shows: Shows,
+    scatters_lx2: &[f64],
     error_lx: f64,
 ) -> Allotment {
-    let mut area_m2 = 0.0;
-    let variance = |(index, scatter_lx2): (usize, f64)| {
-        let shown_m2 = contact_free[index] * elements.area_m2(context.scene, elements.element(index as u32));
-        area_m2 += shown_m2;
-        // The mean and both slopes scatter alike.
-        let numbers = if sloped[index] { 1 + SLOPES } else { 1 };
-        shown_m2 * numbers as f64 * scatter_lx2
-    };
-    let variances: Vec<f64> = scatters_lx2.enumerate().map(variance).collect();
-    let of_one = variances.iter().sum::<f64>() / area_m2.max(f64::MIN_POSITIVE) / REPLICAS as f64;
+    let sites = elements.len();
+    let weights_m2 = element_weights_m2(context, elements, Some(shows));
+    let shown_m2 = |site: usize| weights_m2.iter().skip(site).step_by(sites).sum::<f64>();
+    let variances: Vec<f64> = scatters_lx2.iter().enumerate().map(|(site, lx2)| shown_m2(site) * lx2).collect();
+    let area_m2 = weights_m2[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let of_one = variances.iter().sum::<f64>() / area_m2 / REPLICAS as f64;
     Allotment::to_target(&variances, of_one / (SHARE_OF_DIRECT * error_lx * error_lx).max(f64::MIN_POSITIVE))
-}
-
-/// Variance of a pass over the direct light of an element, in lx².
-fn scatter_lx2(map: &ReplicaMap, index: usize) -> f64 {
-    let of_sums = half_squares(|replica| map.direct[replica][index]).iter().sum::<f64>() / (REPLICAS - 2) as f64;
-    of_sums / map.direct_samples.complete.max(1) as f64
 }
 
 fn noise_of(variation: &Variation, sloped: bool) -> f64 {
@@ -345,6 +338,7 @@ mod tests {
 
     use super::*;
     use crate::check::scene_from_json;
+    use crate::maps::standard_error;
     use crate::solver::empty_maps::element_map;
     use crate::solver::passes::direct_in_elements;
     use crate::transport::World;
@@ -365,7 +359,7 @@ mod tests {
         variance: f64,
         /// Variance of the map times the rays.
         work: f64,
-        /// Variance of a pass over each element in lx².
+        /// Variance of a sample of each element in lx².
         scatters_lx2: Vec<f64>,
     }
 
@@ -380,13 +374,11 @@ mod tests {
             sum / (area_m2 * passes as f64)
         };
         let means: Vec<f64> = map.direct.iter().map(mean_of).collect();
-        let mean_lx = means.iter().sum::<f64>() / REPLICAS as f64;
-        let squares: f64 = means.iter().map(|of_replica| (of_replica - mean_lx).powi(2)).sum();
         Passes {
-            mean_lx,
-            variance: squares / (REPLICAS * (REPLICAS - 1)) as f64,
+            mean_lx: means.iter().sum::<f64>() / REPLICAS as f64,
+            variance: standard_error(|replica| means[replica]).powi(2),
             work: map.direct_variance(&weights_m2) * rays as f64,
-            scatters_lx2: (0..elements.len()).map(|index| scatter_lx2(&map, index)).collect(),
+            scatters_lx2: (0..elements.len()).map(|index| adaptive.scatter_lx2(&map, index)).collect(),
         }
     }
 
@@ -407,8 +399,7 @@ mod tests {
         let scatters_lx2 = measured(&context, &elements, &mut adaptive, 4).scatters_lx2;
         adaptive.rounds = 0;
         let even = measured(&context, &elements, &mut adaptive, 12);
-        adaptive.direct_samples =
-            samples_to_error(&context, &elements, adaptive.shows(), scatters_lx2.into_iter(), 0.1);
+        adaptive.direct_samples = samples_to_error(&context, &elements, adaptive.shows(), &scatters_lx2, 0.1);
         let samples: Vec<u64> = (0..elements.len()).map(|index| adaptive.direct_samples.of(index)).collect();
         assert!(samples.contains(&1) && samples.iter().any(|samples| *samples > 3), "{samples:?}");
         let shared = measured(&context, &elements, &mut adaptive, 4);

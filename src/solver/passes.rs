@@ -19,7 +19,7 @@ use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::DirectSampler;
 use crate::maps::basis::{SLOPES, bends_at};
-use crate::maps::{DirectDetail, MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
+use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
 
@@ -94,7 +94,6 @@ pub fn direct_in_elements(
     let sites = map.len();
     let number = adaptive.stream_number();
     let Adaptive { detail, references_lx, contact_free, direct_samples, .. } = adaptive;
-    let (references_lx, contact_free, direct_samples) = (&*references_lx, &*contact_free, &*direct_samples);
     let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
@@ -105,18 +104,14 @@ pub fn direct_in_elements(
                 Element::of(context.world, context.scene, elements, index as u32).contact_free(contact_free[index]);
             let samples = direct_samples.of(index);
             let share = (samples as f64).recip();
-            for pass in passes.clone() {
-                let mut of_pass = DirectDetail::default();
-                for sample in pass * samples..(pass + 1) * samples {
-                    stream.seek_quasi(stream_index(index, sample), index as u64, sample);
-                    let seen = scratch.sample_twice(context.world, &element, &mut stream);
-                    let scores_lx = add_direct(&mut of_pass, &seen, &references_lx[index][0]);
-                    for (number, lx) in scores_lx.into_iter().enumerate() {
-                        direct[number * sites + index] += share * lx;
-                    }
-                    rays += seen.rays;
+            for sample in passes.start * samples..passes.end * samples {
+                stream.seek_quasi(stream_index(index, sample), index as u64, sample);
+                let seen = scratch.sample_twice(context.world, &element, &mut stream);
+                let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0], share);
+                for (number, lx) in scores_lx.into_iter().enumerate() {
+                    direct[number * sites + index] += lx;
                 }
-                detail[index].add_share(share, &of_pass);
+                rays += seen.rays;
             }
         }
         rays

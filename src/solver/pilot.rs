@@ -180,7 +180,7 @@ pub fn direct_cost(
                     let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
                     sum += Traced { value: reference.0[0] + lx - reference.at(seen.at), rays: seen.rays };
                 }
-                Traced { value: sum.value / samples as f64, ..sum }
+                sum / samples as f64
             }),
             None => sites.add(context, element.area_m2, PASSES, || scratch.over_element(world, &element, &mut stream)),
         }

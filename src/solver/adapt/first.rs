@@ -99,9 +99,9 @@ impl Cutting {
         let sloped: Vec<bool> = (0..self.elements.len()).map(|index| self.is_sloped(context, index)).collect();
         let contact_free = self.contact_free.unwrap_or_default();
         let error_lx = self.target_error * (self.means_lx[0] + self.means_lx[1]);
-        let scatters_lx2 = self.samples.iter().map(|samples| samples.scatter_lx2);
+        let scatters_lx2: Vec<f64> = self.samples.iter().map(|samples| samples.scatter_lx2).collect();
         let direct_samples =
-            samples_to_error(context, &self.elements, (&sloped, &contact_free), scatters_lx2, error_lx);
+            samples_to_error(context, &self.elements, (&sloped, &contact_free), &scatters_lx2, error_lx);
         let adaptive = Adaptive {
             sloped,
             direct_samples,
