@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::control_variate::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use super::element::Element;
+use super::expected_light::{EmitterPair, ExpectedLight};
 use super::receiver::Receiver;
 use crate::sampling::emitter::{Emitter, LightSample};
 use crate::sampling::emitter_tree::Cut;
@@ -236,19 +237,33 @@ impl DirectPass {
         }
         let at = element.draw(world, stream);
         let origin = element.origin(world, at);
-        let receiver =
-            Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
-        self.chosen_samples(world, element.spot(), &receiver, SAMPLES_OVER_ELEMENT, stream)
+        self.chosen_samples(world, element.spot(), &element.receiver(world, at, &origin), SAMPLES_OVER_ELEMENT, stream)
     }
 
-    /// Two samples of the direct light at a random point of an element that is not hidden by contact.
-    pub fn sample_twice(&mut self, world: &World, element: &Element, stream: &mut Stream) -> SamplePair {
+    /// Two samples of the direct light at a random point of an element that is not hidden by contact, beside the light expected there.
+    pub fn sample_twice(
+        &mut self,
+        world: &World,
+        element: &Element,
+        expected: &ExpectedLight,
+        stream: &mut Stream,
+    ) -> SamplePair {
         let (at, rays) = element.draw_contact_free(world, stream);
-        let seen = self.sample_twice_at(world, element, at, stream);
+        let seen = if expected.is_empty() {
+            self.sample_twice_at(world, element, at, stream)
+        } else {
+            let origin = element.origin(world, at);
+            let receiver = element.receiver(world, at, &origin);
+            let [one, other] = [0, 1].map(|sequence| {
+                stream.turn_to(sequence);
+                expected.sample(world, &receiver, at, stream)
+            });
+            SamplePair { at, samples_lx: [one.value, other.value], rays: one.rays + other.rays }
+        };
         SamplePair { rays: seen.rays + rays, ..seen }
     }
 
-    /// The same at a given point.
+    /// Two samples of the direct light at a point of an element.
     pub fn sample_twice_at(
         &mut self,
         world: &World,
@@ -257,9 +272,7 @@ impl DirectPass {
         stream: &mut Stream,
     ) -> SamplePair {
         let origin = element.origin(world, at);
-        let receiver =
-            Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
-        let (samples_lx, rays) = self.twice(world, element.spot(), &receiver, stream);
+        let (samples_lx, rays) = self.twice(world, element.spot(), &element.receiver(world, at, &origin), stream);
         SamplePair { at, samples_lx, rays }
     }
 
@@ -284,20 +297,9 @@ impl DirectPass {
         }
         let mut sums_lx = [0.0; 2];
         let mut rays = 0;
-        for (number, emitter) in emitters.iter().enumerate() {
-            let view = emitter.view(receiver.point_m, receiver.normal);
-            let mut sample_lx = |sequence: usize, stream: &mut Stream| {
-                stream.turn_to(sequence as u64);
-                view.light_sample(stream).map_or(0.0, |sample| {
-                    rays += 1;
-                    sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
-                })
-            };
-            let first_lx = sample_lx(number, stream);
-            let second_lx =
-                if emitter.is_single_point() { first_lx } else { sample_lx(emitters.len() + number, stream) };
-            sums_lx[0] += first_lx;
-            sums_lx[1] += second_lx;
+        for emitter in 0..emitters.len() {
+            let pair = EmitterPair::sampled(world, emitter, receiver, stream, &mut rays);
+            sums_lx.iter_mut().zip(pair.samples_lx).for_each(|(sum_lx, lx)| *sum_lx += lx);
         }
         (sums_lx, rays)
     }

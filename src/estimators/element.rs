@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::contact::is_in_contact;
+use super::receiver::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
@@ -142,6 +143,12 @@ impl Element {
     #[inline]
     pub fn origin(&self, world: &World, at: [f64; 2]) -> Origin {
         world.tracer.surface_origin(self.id.triangle, self.inner(at), self.id.side)
+    }
+
+    /// A point of it as a receiver, with the start point of its rays.
+    #[inline]
+    pub fn receiver<'a>(&self, world: &World, at: [f64; 2], origin: &'a Origin) -> Receiver<'a> {
+        Receiver { point_m: self.point_m(world, at), normal: self.normal_at(world, at), origin }
     }
 
     /// The point in m.

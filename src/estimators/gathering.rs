@@ -72,6 +72,8 @@ pub struct CellPlace {
     place: DiffusePlace,
     key: CellKey,
     reflectance: f64,
+    /// Length in m of the ray that met it.
+    distance_m: f64,
 }
 
 impl Cache for FirstDiffuse<'_> {
@@ -84,7 +86,7 @@ impl Cache for FirstDiffuse<'_> {
         let lookup = Lookup { point_m, normal, distance_m: self.edges * met.hit.distance_m };
         let key = self.grid.key(&lookup, |to_m| !tracer.is_occluded(origin, &tracer.free_origin(to_m)));
         let place = DiffusePlace { point_m, normal, origin: *origin };
-        self.found = Some(CellPlace { place, key, reflectance: met.reflectance });
+        self.found = Some(CellPlace { place, key, reflectance: met.reflectance, distance_m: met.hit.distance_m });
         (if self.samples { CacheAnswer::End(0.0) } else { CacheAnswer::Stop }, 1)
     }
 }
@@ -121,6 +123,8 @@ pub struct Gathered {
     pub plain_lx: f64,
     /// The cell that the ray looks up.
     pub term: Option<PendingTerm>,
+    /// Distance in m to the diffuse surface that it met; infinite if it met none.
+    pub distance_m: f64,
     /// Bin of its direction: see [`crate::sampling::guide`].
     pub bin: u8,
     /// Number of rays traced.
@@ -141,6 +145,7 @@ pub fn gather(
     let ([sampled_lx, arriving_lx], rays) = walk_parts_lx(world, receiver, variates, &mut first, cut, stream);
     Gathered {
         plain_lx: sampled_lx + weight * arriving_lx,
+        distance_m: first.found.map_or(f64::INFINITY, |met| met.distance_m),
         term: first.found.map(|met| met.pending_term(weight * met.reflectance)),
         bin: bin_of(variates) as u8,
         rays,

@@ -1,12 +1,14 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
 mod anchor_blocks;
+pub mod basis;
 pub mod cache;
 pub mod coefficients;
 pub mod contact;
 pub mod control_variate;
 pub mod direct;
 pub mod element;
+pub mod expected_light;
 pub mod far_field;
 pub mod gathering;
 pub mod glare;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::basis::{BENDS, Linear, SLOPES, slopes_at};
+use crate::estimators::basis::{BENDS, Linear, SLOPES, slopes_at};
 
 /// Position of an element in a coarser one that is cut in four repeatedly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,8 +59,8 @@ pub fn on_children(coarse: &[f64], sloped: &[bool], children: &[ChildElement]) -
 
 #[cfg(test)]
 mod tests {
-    use super::super::basis::bends_at;
     use super::*;
+    use crate::estimators::basis::bends_at;
 
     /// The middle child of the second child of a triangle.
     const CORNERS: [[f64; 2]; 3] = [[0.75, 0.25], [0.5, 0.25], [0.75, 0.0]];

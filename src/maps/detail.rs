@@ -6,9 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::children::ChildElement;
 use super::{HALF, REPLICAS};
+use crate::estimators::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 
 /// Largest number of elements for which the indirect variation beyond quadratic functions is measured. More would take too much memory.
 const MOST_WITH_PARTS: usize = 50_000;
@@ -137,12 +137,15 @@ impl Detail {
 }
 
 /// Sums for the variation of gathered light within elements, one slab per replica.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct IndirectDetail {
     /// Sums of (samples − reference) times the polynomials, in lx.
     pub bends_lx: Vec<Vec<[f64; BENDS]>>,
     /// Sums of (samples − reference) in each part of the elements, in lx. Empty where there are too many elements.
     pub parts_lx: Vec<Vec<[f64; PARTS]>>,
+    /// For each element, its light times the first and the second power of its nearness, in lx (docs/methods.md (58)). About in proportion
+    /// to the slopes and the bends of the light.
+    pub near_lx: Vec<[f64; 2]>,
 }
 
 impl IndirectDetail {
@@ -152,6 +155,7 @@ impl IndirectDetail {
         IndirectDetail {
             bends_lx: vec![vec![[0.0; BENDS]; sites]; REPLICAS],
             parts_lx: vec![vec![[0.0; PARTS]; with_parts]; REPLICAS],
+            near_lx: vec![[0.0; 2]; sites],
         }
     }
 
@@ -258,8 +262,8 @@ impl Halves {
 
 #[cfg(test)]
 mod tests {
-    use super::super::basis::{bends_at, part_of};
     use super::*;
+    use crate::estimators::basis::{bends_at, part_of};
     use crate::sampling::random::{Purpose, Stream};
     use crate::sampling::warp::uniform_triangle;
 

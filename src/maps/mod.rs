@@ -1,7 +1,6 @@
 //! Replicas of a map in an even and an odd half, and their merging into maps with errors.
 
 mod averages;
-pub mod basis;
 mod children;
 mod daylight;
 mod detail;

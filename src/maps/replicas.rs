@@ -4,16 +4,16 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::basis::{Linear, SLOPES};
 use super::children::{ChildElement, on_children};
 use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
 use super::{CellsError, HALF, Levels, MapValues, PACKETS_OF_A_BOUND, PartScores, REPLICAS, Residuals, ScoreEvidence};
+use crate::estimators::basis::{Linear, SLOPES};
 
 /// Sums of scores in every replica, with direct and indirect light separate. Entry `i` is the mean of site `i`, an element side or a point.
 ///
 /// A map of elements may also have slopes, and then has more entries than sites. The entries after the means are the coefficients of the
-/// first linear polynomial ([`super::basis`]) of every element, followed by those of the second. The polynomials are orthonormal, so that
+/// first linear polynomial ([`crate::estimators::basis`]) of every element, followed by those of the second. The polynomials are orthonormal, so that
 /// weighted sums of squares over all entries are integrals over the elements.
 ///
 /// The value of a replica is `direct sum · direct_scale + indirect sum · indirect_scale[i]`. The scales turn sums over samples into

@@ -1,6 +1,6 @@
 //! A finished map: values, standard errors, tables and the stated error.
 
-use super::basis::Linear;
+use crate::estimators::basis::Linear;
 use crate::scene::{Quantity, ReceiverPoint, Scene};
 
 /// A number with its standard error. An error of 0 means exact.
@@ -77,7 +77,7 @@ pub struct MapValues {
     pub indirect: Vec<f64>,
     /// Standard error of the direct part, in the unit of `quantity`; empty for a method that does not give it.
     pub direct_standard_error: Vec<f64>,
-    /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Empty otherwise.
+    /// Adaptive elements: coefficients in lx of the two linear polynomials of [`crate::estimators::basis`]. Empty otherwise.
     pub slopes_lx: Vec<[f64; 2]>,
     /// Adaptive elements: estimated root mean square in lx of the variation that the element cannot show. Empty otherwise.
     pub discretisation_lx: Vec<f64>,

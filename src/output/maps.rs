@@ -12,7 +12,7 @@ use super::daylight_factors::daylight_factors;
 use super::observers::{maps_of, point_fields};
 use super::sheet::{Sheet, SheetCell};
 use super::streamed::{StreamedFile, unwritable};
-use crate::maps::basis::Linear;
+use crate::estimators::basis::Linear;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::Solution;
@@ -218,7 +218,7 @@ impl<'a> ElementRows<'a> {
     }
 }
 
-/// Gradient in lx/m, in the plane of the element, of the linear function with two coefficients of [`crate::maps::basis`].
+/// Gradient in lx/m, in the plane of the element, of the linear function with two coefficients of [`crate::estimators::basis`].
 fn gradient_lx_per_m([a, b, c]: [DVec3; 3], slopes_lx: [f64; 2]) -> DVec3 {
     // The increase of the function along two of the edges gives the in-plane vector with that increase.
     let function = Linear([0.0, slopes_lx[0], slopes_lx[1]]);

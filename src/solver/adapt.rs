@@ -5,6 +5,7 @@
 //! are cut by what they lose and not by the edges of direct light.
 
 mod first;
+mod piloted;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,9 @@ use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
+use crate::estimators::basis::{Linear, SLOPES, bends_at};
 use crate::estimators::direct::SamplePair;
-use crate::maps::basis::{Linear, SLOPES, bends_at};
+use crate::estimators::expected_light::ExpectedLight;
 use crate::maps::{Detail, DirectDetail, REPLICAS, ReplicaMap, Variation};
 use crate::scene::Elements;
 
@@ -42,7 +44,8 @@ const SIDES_A_SECOND: f64 = 12_500.0;
 pub const BYTES_OF_A_SIDE: u64 = 6700;
 /// Share of the squared target for which samples of direct light are shared out among the elements.
 const SHARE_OF_DIRECT: f64 = 0.25;
-/// To start anew, the loss must be this many standard errors above the allowed loss.
+
+/// Standard errors by which a loss must be above what is allowed to be sure.
 const CERTAINTY: f64 = 2.0;
 
 /// What a job stores for elements that adapt, in addition to its sums.
@@ -55,6 +58,8 @@ pub struct Adaptive {
     /// Direct and indirect illuminance in lx that samples are compared with. The closer they are, the less random error have the values
     /// that the elements show. They cause no bias.
     pub references_lx: Vec<[Linear; 2]>,
+    /// What each emitter is expected to bring to an element, which makes its samples of direct light take few rays.
+    pub expected: Vec<ExpectedLight>,
     /// Samples of direct light that each element takes in a pass: more where they scatter more. Samples that enter no result decide this.
     pub direct_samples: Allotment,
     /// Variation of light within the elements, from the run's own samples.
@@ -77,6 +82,8 @@ pub struct Loss {
     pub mean_lx2: f64,
     /// Standard error of that mean.
     pub standard_error_lx2: f64,
+    /// The part of the mean that is sure.
+    sure_mean_lx2: f64,
     /// The part of it lost by the elements on which indirect light is gathered.
     coarse: CoarseLoss,
 }
@@ -158,7 +165,9 @@ impl Adaptive {
     ) -> Loss {
         let variations: Vec<Variation> =
             (0..elements.len()).into_par_iter().map(|index| self.variation(map, index, coarse.is_some())).collect();
-        let sides = SideLosses::of(context, elements, areas_m2, self.shows(), &variations);
+        // Light that nears nothing: it slopes and bends alike everywhere.
+        let sizes: Vec<[f64; 2]> = areas_m2.iter().map(|area_m2| [area_m2.sqrt(), *area_m2]).collect();
+        let sides = SideLosses::of(context, elements, (areas_m2, &sizes), self.shows(), &variations);
         let mut loss =
             Loss { coarse: coarse.map(|coarse| coarse.loss(context)).unwrap_or_default(), ..Loss::default() };
         let (mut sum_lx2_m2, mut variance) = (loss.coarse.sum_lx2_m2, loss.coarse.variance);
@@ -166,7 +175,7 @@ impl Adaptive {
             // For an element partly hidden by contact, only the coarse element above it can show this, if there is one.
             let smooth_lx2 = match coarse {
                 Some(_) if self.contact_free[index] < 1.0 => 0.0,
-                _ => sides.lx2(context, elements, index, *area_m2, self.shows()),
+                _ => sides.lx2(index, *area_m2, self.shows()),
             };
             let parent = coarse.map(|coarse| coarse.children[index].parent as usize);
             let of_coarse_lx2 = parent.map_or(0.0, |parent| loss.coarse.lost_lx2[parent]);
@@ -177,13 +186,24 @@ impl Adaptive {
         }
         let area_m2: f64 = areas_m2.iter().sum();
         (loss.mean_lx2, loss.standard_error_lx2) = (sum_lx2_m2 / area_m2, variance.sqrt() / area_m2);
+        let of_direct = |index: usize| {
+            [areas_m2[index] * variations[index].direct_lx2, areas_m2[index].powi(2) * variations[index].direct_noise]
+        };
+        // What is sure of all together, or of one group after the other.
+        let of_groups_lx2 = (sides.sure_m2_lx2(of_direct) + loss.coarse.sure_lx2_m2) / area_m2;
+        loss.sure_mean_lx2 = of_groups_lx2.max(loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2);
         loss
     }
 
     /// Whether the elements surely lose more than this share of the squared target.
     pub fn loses_over(&self, share: f64, loss: &Loss, mean_lx: f64) -> bool {
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 > share * target_lx2
+        loss.sure_mean_lx2 > share * target_lx2
+    }
+
+    /// Whether the first elements seem to lose so much that they will be cut.
+    pub fn seems_to_lose(&self, loss: &Loss, mean_lx: f64) -> bool {
+        self.rounds == 0 && loss.mean_lx2 > MOST_SHARE * (self.target_error * mean_lx).powi(2)
     }
 
     /// Finer elements, if at a look the present ones lose too much for the target. `None` if they do not, if going on with them still takes
@@ -260,9 +280,14 @@ impl Adaptive {
         let scatters_lx2: Vec<f64> = parents.iter().map(|parent| self.scatter_lx2(map, *parent as usize)).collect();
         let shows = (&sloped[..], &contact_free[..]);
         let direct_samples = samples_to_error(context, finer, shows, &scatters_lx2, self.target_error * mean_lx);
+        let expected = |(index, parent): (usize, &u32)| {
+            let light = &self.expected[*parent as usize];
+            light.on_piece(corners_within(elements, finer, index as u32, *parent))
+        };
         Adaptive {
             sloped,
             direct_samples,
+            expected: parents.iter().enumerate().map(expected).collect(),
             references_lx: parents.iter().enumerate().map(references).collect(),
             contact_free: contact_free.clone(),
             detail: Detail::new(finer.len()),

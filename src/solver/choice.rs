@@ -197,7 +197,8 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     }
     let absolute_error = target * job.judgement.mean;
     let walks = job.work_without_gathering(context, absolute_error);
-    if let Some(more) = job.work_left_to_gather(absolute_error) {
+    // Counts on the finer elements that are needed would take far more than on the present ones.
+    if let Some(more) = job.work_left_to_gather(absolute_error).filter(|_| !job.may_be_cut()) {
         let at_best = more.min(walks);
         if job.connecting.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));

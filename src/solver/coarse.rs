@@ -10,7 +10,7 @@ use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
 use super::side_losses::SideLosses;
 use super::streams::stream_number;
-use crate::maps::basis::Linear;
+use crate::estimators::basis::Linear;
 use crate::maps::{ChildElement, IndirectDetail, ReplicaMap, Unit, Variation};
 use crate::scene::Elements;
 
@@ -54,8 +54,9 @@ pub struct CoarseLoss {
     pub lost_lx2: Vec<f64>,
     /// The loss by which elements are cut, in lx².
     sure_lx2: Vec<f64>,
-    /// Sum over all elements of area times loss, in lx² m².
+    /// Sum over all elements of area times loss, in lx² m², and the part of it that is sure.
     pub sum_lx2_m2: f64,
+    pub sure_lx2_m2: f64,
     /// Variance of that sum.
     pub variance: f64,
 }
@@ -154,10 +155,11 @@ impl CoarseElements {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
         let (areas_m2, sloped) = (&self.weights_m2[..sites], &self.sloped);
-        let sides = SideLosses::of(context, &self.elements, areas_m2, self.shows(), &variations);
-        let mut loss = CoarseLoss::default();
+        let sides =
+            SideLosses::of(context, &self.elements, (areas_m2, &self.shape.detail.near_lx), self.shows(), &variations);
+        let mut loss = CoarseLoss { sure_lx2_m2: sides.sure_m2_lx2(|_| [0.0; 2]), ..CoarseLoss::default() };
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, self.shows());
+            let smooth_lx2 = sides.lx2(index, *area_m2, self.shows());
             let (of_slope, noise_of_slope) =
                 if sloped[index] { (0.0, 0.0) } else { (variation.slope_lx2, variation.slope_noise) };
             let noise = variation.indirect_noise + noise_of_slope;

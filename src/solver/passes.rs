@@ -13,12 +13,12 @@ use super::adapt::{Adaptive, add_direct};
 use super::context::Context;
 use super::ends::Ends;
 use super::streams::{emission_shift, spread_choice, stream_index};
+use crate::estimators::basis::{SLOPES, bends_at};
 use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::Element;
 use crate::estimators::receiver::Receiver;
 use crate::estimators::reception::DirectSampler;
-use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
@@ -93,7 +93,7 @@ pub fn direct_in_elements(
 ) -> u64 {
     let sites = map.len();
     let number = adaptive.stream_number();
-    let Adaptive { detail, references_lx, contact_free, direct_samples, .. } = adaptive;
+    let Adaptive { detail, references_lx, expected, contact_free, direct_samples, .. } = adaptive;
     let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
@@ -106,7 +106,7 @@ pub fn direct_in_elements(
             let share = (samples as f64).recip();
             for sample in passes.start * samples..passes.end * samples {
                 stream.seek_quasi(stream_index(index, sample), index as u64, sample);
-                let seen = scratch.sample_twice(context.world, &element, &mut stream);
+                let seen = scratch.sample_twice(context.world, &element, &expected[index], &mut stream);
                 let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0], share);
                 for (number, lx) in scores_lx.into_iter().enumerate() {
                     direct[number * sites + index] += lx;

@@ -171,12 +171,12 @@ pub fn direct_cost(
         if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && context.is_over() {
             break;
         }
-        match adaptive.map(|adaptive| (adaptive.references_lx[index][0], adaptive.direct_samples.of(index))) {
-            Some((reference, samples)) => sites.add(context, element.area_m2, PASSES, || {
+        match adaptive.map(|adaptive| (adaptive, adaptive.references_lx[index][0], adaptive.direct_samples.of(index))) {
+            Some((adaptive, reference, samples)) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, from the reference, and the random error of the light that differs from the reference.
                 let mut sum = Traced::default();
                 for _ in 0..samples {
-                    let seen = scratch.sample_twice(world, &element, &mut stream);
+                    let seen = scratch.sample_twice(world, &element, &adaptive.expected[index], &mut stream);
                     let lx = 0.5 * (seen.samples_lx[0] + seen.samples_lx[1]);
                     sum += Traced { value: reference.0[0] + lx - reference.at(seen.at), rays: seen.rays };
                 }

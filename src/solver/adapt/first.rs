@@ -3,19 +3,18 @@
 
 use std::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
+use super::piloted::{DirectSamples, PilotedElement};
 use super::{Adaptive, samples_to_error, slope_from_m};
-use crate::estimators::direct::{DirectPass, SamplePair};
+use crate::estimators::basis::Linear;
 use crate::estimators::element::Element;
+use crate::estimators::expected_light::{ExpectedLight, FoundOfEmitter};
 use crate::maps::Detail;
-use crate::maps::basis::{Linear, slopes_at};
-use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::solver::contact::{KnownContact, contact_free_shares};
 use crate::solver::context::Context;
-use crate::solver::finer::{cuts_of, parent_of};
+use crate::solver::finer::{corners_within, cuts_of, parent_of};
 use crate::solver::pace::TimeLeft;
 
 /// Share of the squared target that the variation of direct light within elements may take before the run.
@@ -42,6 +41,8 @@ pub struct Cutting {
     rays_of_a_sample: f64,
     elements: Elements,
     samples: Vec<DirectSamples>,
+    /// What was found of each emitter, for each element; of its parent for elements that have not been sampled.
+    found: Vec<Vec<FoundOfEmitter>>,
     /// Mean area of the elements of this round.
     mean_m2: f64,
     round: u32,
@@ -62,6 +63,7 @@ impl Cutting {
             rays_of_a_sample: (2.0 * rays_of_a_pass).max(1.0),
             elements: elements.clone(),
             samples: Vec::new(),
+            found: Vec::new(),
             mean_m2: 0.0,
             round: 0,
             done: 0,
@@ -102,9 +104,12 @@ impl Cutting {
         let scatters_lx2: Vec<f64> = self.samples.iter().map(|samples| samples.scatter_lx2).collect();
         let direct_samples =
             samples_to_error(context, &self.elements, (&sloped, &contact_free), &scatters_lx2, error_lx);
+        let expected = self.found.iter().zip(&self.samples);
+        let expected = expected.map(|(found, samples)| ExpectedLight::of(found, samples.points).0).collect();
         let adaptive = Adaptive {
             sloped,
             direct_samples,
+            expected,
             references_lx: self
                 .samples
                 .iter()
@@ -151,6 +156,7 @@ impl Cutting {
         }
         if self.done == 0 {
             self.samples.resize(self.elements.len(), DirectSamples::default());
+            self.found.resize(self.elements.len(), Vec::new());
             let all_m2: f64 = (0..self.elements.len()).map(|index| self.area_m2(context, index)).sum();
             self.mean_m2 = all_m2 / self.elements.len() as f64;
         }
@@ -180,12 +186,16 @@ impl Cutting {
             return;
         }
         let finer = self.elements.cut(|element| cuts[element as usize]);
-        let samples_of = |index: u32| {
+        let of_parent = |index: u32| {
             let parent = parent_of(&self.elements, &finer, index);
-            let kept = finer.element(index) == self.elements.element(parent);
-            if kept { self.samples[parent as usize] } else { DirectSamples::default() }
+            let found = &self.found[parent as usize];
+            if finer.element(index) == self.elements.element(parent) {
+                return (self.samples[parent as usize], found.clone());
+            }
+            let corners = corners_within(&self.elements, &finer, index, parent);
+            (DirectSamples::default(), found.iter().map(|found| found.on_piece(corners)).collect())
         };
-        self.samples = (0..finer.len() as u32).map(samples_of).collect();
+        (self.samples, self.found) = (0..finer.len() as u32).map(of_parent).unzip();
         (self.elements, self.round, self.done) = (finer, self.round + 1, 0);
     }
 
@@ -194,6 +204,7 @@ impl Cutting {
         let sampled = || self.samples.iter().filter(|samples| samples.points > 0);
         let scatter_lx2 = sampled().map(|samples| samples.scatter_lx2).sum::<f64>() / sampled().count().max(1) as f64;
         self.samples.resize(self.elements.len(), DirectSamples::default());
+        self.found.resize(self.elements.len(), Vec::new());
         let direct_lx = self.means_lx[0];
         for samples in self.samples.iter_mut().filter(|samples| samples.points == 0) {
             (samples.mean_lx, samples.fitted_lx, samples.scatter_lx2) =
@@ -225,108 +236,18 @@ impl Cutting {
     fn sample_range(&mut self, context: &Context, range: Range<usize>) -> u64 {
         let wanted: Vec<usize> = range.clone().map(|index| self.wanted(context, index)).collect();
         let (elements, round) = (&self.elements, self.round);
-        let samples = self.samples[range.clone()].par_iter_mut().zip(wanted).enumerate();
-        let rays = samples.map(|(place, (samples, points))| {
+        let samples = self.samples[range.clone()].par_iter_mut().zip(&mut self.found[range.clone()]);
+        let rays = samples.zip(wanted).enumerate().map(|(place, ((samples, found), points))| {
             if points == 0 || context.is_over() {
                 return 0;
             }
             let index = range.start + place;
             let element = Element::of(context.world, context.scene, elements, index as u32);
-            let mut pass = DirectPass::default();
-            let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
-            let mut rays = 0;
-            let sample = |point: usize| {
-                stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
-                let at = element.draw(context.world, &mut stream);
-                let seen = pass.sample_twice_at(context.world, &element, at, &mut stream);
-                rays += seen.rays;
-                // A point that receives light is not hidden by contact.
-                if seen.samples_lx.iter().any(|lx| *lx > 0.0) {
-                    return Some(seen);
-                }
-                let (in_contact, tested_rays) = element.is_in_contact(context.world, at, &mut stream);
-                rays += tested_rays;
-                (!in_contact).then_some(seen)
-            };
-            let seen: Vec<SamplePair> = (0..points).filter_map(sample).collect();
-            *samples =
-                DirectSamples { points, contact_free: seen.len() as f64 / points as f64, ..DirectSamples::fit(&seen) };
+            let piloted = PilotedElement { context, element, index: index as u64, round };
+            let rays;
+            (*samples, *found, rays) = piloted.sampled(points, found);
             rays
         });
         rays.sum()
-    }
-}
-
-/// Findings of the pilot on an element's direct light.
-#[derive(Clone, Copy, Debug, Default)]
-struct DirectSamples {
-    /// Points that were sampled, 0 at first.
-    points: usize,
-    /// Share of the points that is not hidden by contact.
-    contact_free: f64,
-    /// Mean of the samples, in lx.
-    mean_lx: f64,
-    /// The linear function closest to them, in lx.
-    fitted_lx: Linear,
-    /// Mean square of what that function leaves out, in lx². It may be below 0 by random error.
-    left_lx2: f64,
-    /// Variance of a point's mean of both samples about that function, in lx².
-    scatter_lx2: f64,
-}
-
-impl DirectSamples {
-    /// The reference for samples. If points are left out it is constant, since a slope would not have its mean over the remaining points.
-    fn reference_lx(&self) -> Linear {
-        if self.contact_free < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
-    }
-
-    fn slope_lx2(&self) -> f64 {
-        let Linear([_, first_lx, second_lx]) = self.fitted_lx;
-        first_lx * first_lx + second_lx * second_lx
-    }
-
-    fn lost_lx2(&self, sloped: bool) -> f64 {
-        self.left_lx2 + if sloped { 0.0 } else { self.slope_lx2() }
-    }
-
-    /// Fits a linear function to samples at random points by least squares.
-    /// The two samples of a point are fitted separately. So the product of their residuals contains no random error of either sample, and
-    /// is 0 on average where the light is linear.
-    fn fit(seen: &[SamplePair]) -> DirectSamples {
-        let rows: Vec<Vector3<f64>> = seen
-            .iter()
-            .map(|seen| {
-                let [p, q] = slopes_at(seen.at);
-                Vector3::new(1.0, p, q)
-            })
-            .collect();
-        let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
-        let Some(inverse) = normal.try_inverse() else {
-            return DirectSamples::default();
-        };
-        let [one, other] = [0, 1].map(|number| {
-            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.samples_lx[number]).sum();
-            inverse * sums
-        });
-        let product = |(row, seen): (&Vector3<f64>, &SamplePair)| {
-            (seen.samples_lx[0] - row.dot(&one)) * (seen.samples_lx[1] - row.dot(&other))
-        };
-        let sum: f64 = rows.iter().zip(seen).map(product).sum();
-        let count = seen.len() as f64;
-        let free = (count - 3.0).max(1.0);
-        let left_lx2 = sum / free;
-        let fitted = 0.5 * (one + other);
-        let square = |(row, seen): (&Vector3<f64>, &SamplePair)| {
-            (0.5 * (seen.samples_lx[0] + seen.samples_lx[1]) - row.dot(&fitted)).powi(2)
-        };
-        let scatter_lx2 = rows.iter().zip(seen).map(square).sum::<f64>() / free;
-        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.samples_lx[0] + seen.samples_lx[1])).sum::<f64>() / count;
-        DirectSamples {
-            mean_lx,
-            fitted_lx: Linear([fitted.x, fitted.y, fitted.z]),
-            left_lx2,
-            scatter_lx2,
-            ..DirectSamples::default()
-        }
     }
 }

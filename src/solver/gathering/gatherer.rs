@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::records::{Records, WalkRecord, look_up};
+use super::records::{Flight, Records, WalkRecord, look_up};
 use crate::caches::{CellGrid, CellLight};
 use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, find_cell_place, gather, residual_walk};
 use crate::sampling::emitter_tree::Cut;
@@ -77,11 +77,12 @@ impl Gatherer<'_> {
         let mut pending: Vec<Option<PendingTerm>> = Vec::with_capacity(BLOCK as usize);
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut term, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
+                let (mut plain_lx, mut term, mut bin) = (0.0, None, 0);
+                let mut flight = Flight { at: [0.0; 2], length_m: f32::INFINITY };
                 if let Some(site) = self.starts.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.starts.draw(&site, &mut stream);
-                    (at, rays) = (start.at, rays + start.rays);
+                    (flight.at, rays) = (start.at.map(|weight| weight as f32), rays + start.rays);
                     if start.weight > 0.0 {
                         let density = guide.density_at(entry);
                         let found = gather(world, grid, &start.receiver(), density, &mut cut, &mut stream);
@@ -89,11 +90,11 @@ impl Gatherer<'_> {
                         let weighted =
                             |term: PendingTerm| PendingTerm { factor: start.weight as f32 * term.factor, ..term };
                         term = found.term.map(weighted);
-                        (bin, rays) = (found.bin, rays + found.rays);
+                        (bin, rays, flight.length_m) = (found.bin, rays + found.rays, found.distance_m as f32);
                     }
                 }
                 if self.slopes {
-                    records.starts.push(at.map(|weight| weight as f32));
+                    records.flights.push(flight);
                 }
                 pending.push(term);
                 records.bins.push(bin);

@@ -15,8 +15,8 @@ pub struct Records {
     pub bins: Vec<u8>,
     /// Light that the ray found without cells, in lx.
     pub plain_lx: Vec<f32>,
-    /// Start of the ray in its element; empty if elements show no slopes.
-    pub starts: Vec<[f32; 2]>,
+    /// Where the ray started and how far it went; empty if elements show no slopes.
+    pub flights: Vec<Flight>,
     /// What every walk found, pass by pass.
     pub walks: Vec<WalkRecord>,
     pub walk_terms: Vec<Term>,
@@ -25,6 +25,15 @@ pub struct Records {
     /// Positions among the terms of rays, and of walks, whose cells are new.
     pub new: Vec<(u32, PendingTerm)>,
     pub new_of_walks: Vec<(u32, PendingTerm)>,
+}
+
+/// Where a ray started and how far it went.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Flight {
+    /// Its start in its element: the weights of the second and third corner.
+    pub at: [f32; 2],
+    /// Its length in m; infinite if it met no surface.
+    pub length_m: f32,
 }
 
 /// Findings of a walk.
@@ -60,7 +69,7 @@ impl Records {
             + bytes_of_list(&self.bins)
             + bytes_of_list(&self.walk_bins)
             + bytes_of_list(&self.plain_lx)
-            + bytes_of_list(&self.starts)
+            + bytes_of_list(&self.flights)
             + bytes_of_list(&self.walks)
             + bytes_of_list(&self.walk_terms)
             + bytes_of_list(&self.walk_starts)

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::records::Flight;
 use super::{CellSets, GatheringProgress};
-use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
+use crate::estimators::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
 use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
 use crate::solver::coarse::Shape;
 use crate::solver::guide::Guide;
@@ -25,13 +26,15 @@ impl GatheringProgress {
             replicas.map(|(replica, records)| records.gathered_lx(sets.of(replica), rays)).collect();
         let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
         let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
-        let found: Vec<ReplicaFindings> =
-            slabs.map(|(replica, rows)| self.sum_up(replica, &gathered[replica], references, rows)).collect();
+        let found: Vec<ReplicaFindings> = slabs
+            .map(|(replica, rows)| self.sum_up(replica, &gathered[replica], (references, weights), rows))
+            .collect();
         self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
+            shape.detail =
+                IndirectDetail { near_lx: near_lx(&found, self.order.sites(), passes), ..IndirectDetail::default() };
             let parts = found.into_iter().map(|found| (found.bends_lx, found.parts_lx));
-            let (bends_lx, parts_lx) = parts.unzip();
-            shape.detail = IndirectDetail { bends_lx, parts_lx };
+            (shape.detail.bends_lx, shape.detail.parts_lx) = parts.unzip();
         }
         let walked = self.sum_up_walks(sets, residuals);
         residuals.share_out(&self.unsure_lx2(sets, rays), weights);
@@ -65,7 +68,7 @@ impl GatheringProgress {
         &self,
         replica: usize,
         gathered: &[f32],
-        references_lx: Option<&[Linear]>,
+        (references_lx, areas_m2): (Option<&[Linear]>, &[f64]),
         rows: &mut [f64],
     ) -> ReplicaFindings {
         let (sites, passes, records) = (self.order.sites(), self.passes(), &self.records[replica]);
@@ -90,12 +93,16 @@ impl GatheringProgress {
                 continue;
             };
             // The part of the light in a reference has no random error.
-            let at = records.starts[ray].map(f64::from);
+            let Flight { at, length_m } = records.flights[ray];
+            let at = at.map(f64::from);
             let (beyond_lx, bends) = (lx - reference_lx.at(at), bends_at(at));
             for (number, (known_lx, factor)) in reference_lx.0.iter().zip([1.0, bends[0], bends[1]]).enumerate() {
                 add(number * sites + entry, known_lx + beyond_lx * factor);
             }
             found.bends_lx[entry].iter_mut().zip(bends).for_each(|(sum, bend)| *sum += beyond_lx * bend);
+            let nearness = (areas_m2[entry].sqrt() / f64::from(length_m).max(f64::MIN_POSITIVE)).min(1.0);
+            found.near_lx[entry][0] += lx.abs() * nearness;
+            found.near_lx[entry][1] += lx.abs() * nearness * nearness;
             if let Some(parts_lx) = found.parts_lx.get_mut(entry) {
                 parts_lx[part_of(at)] += beyond_lx;
             }
@@ -169,13 +176,24 @@ struct ReplicaFindings {
     /// For every element, sums of the difference to its reference times the polynomials, and in each part of the element, in lx.
     bends_lx: Vec<[f64; BENDS]>,
     parts_lx: Vec<[f64; PARTS]>,
+    /// For every element, sums of the light times the first and the second power of its nearness, in lx.
+    near_lx: Vec<[f64; 2]>,
 }
 
 impl ReplicaFindings {
     fn make_room(&mut self, sites: usize) {
         self.bends_lx = vec![[0.0; BENDS]; sites];
+        self.near_lx = vec![[0.0; 2]; sites];
         self.parts_lx = vec![[0.0; PARTS]; IndirectDetail::with_parts(sites)];
     }
+}
+
+/// Light of every element times the first and the second power of its nearness: means over all rays, in lx.
+fn near_lx(found: &[ReplicaFindings], sites: usize, passes: u64) -> Vec<[f64; 2]> {
+    let rays = (passes as usize * found.len()).max(1) as f64;
+    let of_element =
+        |entry: usize| [0, 1].map(|k| found.iter().map(|found| found.near_lx[entry][k]).sum::<f64>() / rays);
+    (0..sites).map(of_element).collect()
 }
 
 /// Squared error in lx² of the mean over all replicas, from the random error of rays alone: halves of a replica's passes look up the same

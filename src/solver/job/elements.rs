@@ -164,6 +164,12 @@ impl Job {
         }
     }
 
+    /// Whether its first elements seem to lose so much that they will be cut, once this is certain.
+    pub fn may_be_cut(&self) -> bool {
+        let adaptive = self.adapting.adaptive.as_ref();
+        adaptive.is_some_and(|adaptive| adaptive.seems_to_lose(&self.adapting.loss, self.judgement.mean))
+    }
+
     /// Whether its elements lose more than the target allows and cannot be cut further.
     pub fn is_finest(&self) -> bool {
         let adaptive = self.adapting.adaptive.as_ref().filter(|_| !self.met && self.looks.judged_samples > 0);

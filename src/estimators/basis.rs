@@ -63,6 +63,11 @@ impl Linear {
         Linear([value, 0.0, 0.0])
     }
 
+    /// Returns the sum of two functions.
+    pub fn plus(&self, other: &Linear) -> Linear {
+        Linear(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+
     /// Returns the value at a point, given by the weights of the second and third corner.
     #[inline]
     pub fn at(&self, at: [f64; 2]) -> f64 {
