@@ -25,10 +25,13 @@ struct LossGroup {
     bending: f64,
     sloping_m2_lx2: f64,
     sloping: f64,
-    /// Slopes and bends of all elements, and the sum of their squared areas: the loss of elements that are partly hidden by contact. These
-    /// show no slopes, and near things say little of their exposed part.
-    any_m2_lx2: f64,
-    any_m4: f64,
+    /// Slopes of all elements, and sums of the second and third power of their areas: for elements that are partly hidden by contact.
+    any_slope_m2_lx2: f64,
+    areas_m4: f64,
+    areas_m6: f64,
+    /// What elements that are partly hidden by contact lose, and the sum of their squared areas, as far as it is measured.
+    hidden_m2_lx2: f64,
+    hidden_m4: f64,
     /// Variance of the loss of all elements, in lx⁴ m⁴.
     variance: f64,
 }
@@ -37,6 +40,8 @@ struct LossGroup {
 pub struct SideLosses {
     groups: Vec<LossGroup>,
     group_of: Vec<u32>,
+    /// For every group, its whole side.
+    sides: Vec<LossGroup>,
     expected: Vec<[f64; 2]>,
 }
 
@@ -56,15 +61,21 @@ impl SideLosses {
         }
         let of_one = |index: &usize| match contact_free[*index] {
             1.0 => LossGroup::of(&variations[*index], (areas_m2[*index], expected[*index]), sloped[*index]),
-            _ => LossGroup::default(),
+            _ => LossGroup::beside_contact(&variations[*index], areas_m2[*index]),
         };
-        let mut losses =
-            SideLosses { groups: Vec::new(), group_of: vec![0; elements.len()], expected: expected.to_vec() };
+        let mut losses = SideLosses {
+            groups: Vec::new(),
+            sides: Vec::new(),
+            group_of: vec![0; elements.len()],
+            expected: expected.to_vec(),
+        };
         for indices in sides.values() {
             let of_elements: Vec<LossGroup> = indices.iter().map(of_one).collect();
-            for range in pooled(&of_elements, 0..indices.len()).1 {
+            let (side, ranges) = pooled(&of_elements, 0..indices.len());
+            for range in ranges {
                 let number = losses.groups.len() as u32;
                 losses.groups.push(sum(&of_elements[range.clone()]));
+                losses.sides.push(side);
                 indices[range].iter().for_each(|index| losses.group_of[*index] = number);
             }
         }
@@ -73,8 +84,11 @@ impl SideLosses {
 
     /// Mean square in lx² over one of the elements.
     pub fn lx2(&self, index: usize, area_m2: f64, (sloped, contact_free): Shows) -> f64 {
-        let group = &self.groups[self.group_of[index] as usize];
-        group.lx2(area_m2, self.expected[index], sloped[index], contact_free[index] == 1.0)
+        let group = self.group_of[index] as usize;
+        if contact_free[index] == 1.0 {
+            return self.groups[group].lx2(self.expected[index], sloped[index]);
+        }
+        self.sides[group].lx2_beside_contact(area_m2)
     }
 
     /// Sum over the groups of area times the loss that each surely has, in lx² m². `beside` is another loss of every element, times its area,
@@ -129,8 +143,11 @@ impl Add for LossGroup {
             bending: self.bending + other.bending,
             sloping_m2_lx2: self.sloping_m2_lx2 + other.sloping_m2_lx2,
             sloping: self.sloping + other.sloping,
-            any_m2_lx2: self.any_m2_lx2 + other.any_m2_lx2,
-            any_m4: self.any_m4 + other.any_m4,
+            any_slope_m2_lx2: self.any_slope_m2_lx2 + other.any_slope_m2_lx2,
+            areas_m4: self.areas_m4 + other.areas_m4,
+            areas_m6: self.areas_m6 + other.areas_m6,
+            hidden_m2_lx2: self.hidden_m2_lx2 + other.hidden_m2_lx2,
+            hidden_m4: self.hidden_m4 + other.hidden_m4,
             variance: self.variance + other.variance,
         }
     }
@@ -145,9 +162,20 @@ impl LossGroup {
             bending: area_m2 * bend * bend,
             sloping_m2_lx2: shows_none * slope_m2_lx2,
             sloping: shows_none * area_m2 * slope * slope,
-            any_m2_lx2: slope_m2_lx2 + area_m2 * variation.indirect_lx2,
-            any_m4: area_m2 * area_m2,
+            any_slope_m2_lx2: slope_m2_lx2,
+            areas_m4: area_m2 * area_m2,
+            areas_m6: area_m2.powi(3),
             variance: area_m2 * area_m2 * (variation.indirect_noise + shows_none * variation.slope_noise),
+            ..LossGroup::default()
+        }
+    }
+
+    fn beside_contact(variation: &Variation, area_m2: f64) -> LossGroup {
+        let is_measured = f64::from(u8::from(variation.slope_noise > 0.0));
+        LossGroup {
+            hidden_m2_lx2: area_m2 * variation.slope_lx2,
+            hidden_m4: is_measured * area_m2 * area_m2,
+            ..LossGroup::default()
         }
     }
 
@@ -162,6 +190,15 @@ impl LossGroup {
         difference_m2_lx2.abs() > CERTAINTY * variance.sqrt()
     }
 
+    /// Mean square in lx² over an element of this side that is partly hidden by contact. If nothing is measured, it loses what elements of its
+    /// size lose on the whole side.
+    fn lx2_beside_contact(&self, area_m2: f64) -> f64 {
+        if self.hidden_m4 > 0.0 {
+            return over(self.hidden_m2_lx2, self.hidden_m4) * area_m2;
+        }
+        over(self.any_slope_m2_lx2, self.areas_m4) * area_m2 + over(self.bent_m2_lx2, self.areas_m6) * area_m2 * area_m2
+    }
+
     fn of_bends(&self) -> f64 {
         over(self.bent_m2_lx2, self.bending)
     }
@@ -170,10 +207,8 @@ impl LossGroup {
         over(self.sloping_m2_lx2, self.sloping)
     }
 
-    fn lx2(&self, area_m2: f64, [slope, bend]: [f64; 2], sloped: bool, whole: bool) -> f64 {
-        if !whole {
-            return over(self.any_m2_lx2, self.any_m4) * area_m2;
-        }
+    /// Mean square in lx² over an element of this group.
+    fn lx2(&self, [slope, bend]: [f64; 2], sloped: bool) -> f64 {
         self.of_bends() * bend * bend + if sloped { 0.0 } else { self.of_slopes() * slope * slope }
     }
 }
@@ -231,15 +266,9 @@ mod tests {
             .map(|(variation, area_m2, expected, sloped)| LossGroup::of(variation, (*area_m2, *expected), *sloped))
             .collect();
         let whole = sum(&groups);
-        let shared: f64 = of
-            .iter()
-            .map(|(_, area_m2, expected, sloped)| area_m2 * whole.lx2(*area_m2, *expected, *sloped, true))
-            .sum();
+        let shared: f64 = of.iter().map(|(_, area_m2, expected, sloped)| area_m2 * whole.lx2(*expected, *sloped)).sum();
         // 2 · 3 + 1 · 5 + 0.5 · (1 − 1)
         assert!((shared - 11.0).abs() < 1e-12, "{shared}");
-        assert_eq!(
-            sum(&[LossGroup::of(&variation(1.0, 1.0), (1.0, [0.0; 2]), false)]).lx2(1.0, [0.0; 2], false, true),
-            0.0
-        );
+        assert_eq!(sum(&[LossGroup::of(&variation(1.0, 1.0), (1.0, [0.0; 2]), false)]).lx2([0.0; 2], false), 0.0);
     }
 }

@@ -31,8 +31,11 @@ impl GatheringProgress {
             .collect();
         self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
-            shape.detail =
-                IndirectDetail { near_lx: near_lx(&found, self.order.sites(), passes), ..IndirectDetail::default() };
+            shape.detail = IndirectDetail {
+                rays_of_parts: rays_of_parts(&found),
+                near_lx: near_lx(&found, self.order.sites(), passes),
+                ..IndirectDetail::default()
+            };
             let parts = found.into_iter().map(|found| (found.bends_lx, found.parts_lx));
             (shape.detail.bends_lx, shape.detail.parts_lx) = parts.unzip();
         }
@@ -105,6 +108,7 @@ impl GatheringProgress {
             found.near_lx[entry][1] += lx.abs() * nearness * nearness;
             if let Some(parts_lx) = found.parts_lx.get_mut(entry) {
                 parts_lx[part_of(at)] += beyond_lx;
+                found.rays_of_parts[entry][part_of(at)] += 1;
             }
         }
         found
@@ -176,6 +180,8 @@ struct ReplicaFindings {
     /// For every element, sums of the difference to its reference times the polynomials, and in each part of the element, in lx.
     bends_lx: Vec<[f64; BENDS]>,
     parts_lx: Vec<[f64; PARTS]>,
+    /// Rays that started in each part of the elements.
+    rays_of_parts: Vec<[u32; PARTS]>,
     /// For every element, sums of the light times the first and the second power of its nearness, in lx.
     near_lx: Vec<[f64; 2]>,
 }
@@ -184,8 +190,20 @@ impl ReplicaFindings {
     fn make_room(&mut self, sites: usize) {
         self.bends_lx = vec![[0.0; BENDS]; sites];
         self.near_lx = vec![[0.0; 2]; sites];
-        self.parts_lx = vec![[0.0; PARTS]; IndirectDetail::with_parts(sites)];
+        let with_parts = IndirectDetail::with_parts(sites);
+        self.parts_lx = vec![[0.0; PARTS]; with_parts];
+        self.rays_of_parts = vec![[0; PARTS]; with_parts];
     }
+}
+
+/// Rays of the even and of the odd replicas that started in each part of the elements.
+fn rays_of_parts(found: &[ReplicaFindings]) -> Vec<[[u32; PARTS]; 2]> {
+    let sites = found.first().map_or(0, |first| first.rays_of_parts.len());
+    let of_half = |entry: usize, half: usize| {
+        let replicas = || found.iter().skip(half).step_by(2);
+        std::array::from_fn(|part| replicas().map(|found| found.rays_of_parts[entry][part]).sum())
+    };
+    (0..sites).map(|entry| [of_half(entry, 0), of_half(entry, 1)]).collect()
 }
 
 /// Light of every element times the first and the second power of its nearness: means over all rays, in lx.
