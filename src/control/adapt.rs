@@ -1,6 +1,8 @@
 //! Chooses which elements to cut, so that the loss (the light variation that elements cannot show) falls to a goal with as few new elements
 //! as possible.
 
+/// Cuts of one element in one round, at most. The loss of its pieces is known only after the next look at them.
+const MOST_CUTS_A_ROUND: u32 = 2;
 /// Expected loss of a piece over the loss of the whole, both as mean squares over the area. One cut makes four pieces. The value is that of
 /// a smooth curve. Along an edge of light it is one half: the next round measures that and cuts more.
 const LOSS_OF_A_PIECE: f64 = 1.0 / 16.0;
@@ -21,7 +23,7 @@ pub struct ElementLoss {
 ///
 /// Every element costs the same work, so the elements with the greatest area times loss are cut first. Those that would be cut more often
 /// than a round allows leave the goal to the next round: the others are not cut in their place.
-pub fn cuts_for(elements: &[ElementLoss], goal_lx2: f64, most_elements: usize, most_cuts: u32) -> Vec<u32> {
+pub fn cuts_for(elements: &[ElementLoss], goal_lx2: f64, most_elements: usize) -> Vec<u32> {
     let area_m2: f64 = elements.iter().map(|element| element.area_m2).sum();
     let cuts_at = |threshold: f64| {
         move |element: &ElementLoss| {
@@ -59,7 +61,7 @@ pub fn cuts_for(elements: &[ElementLoss], goal_lx2: f64, most_elements: usize, m
     }
     let threshold = if after(low).1 <= most_elements { low } else { high };
     let cuts = cuts_at(threshold);
-    elements.iter().map(|element| cuts(element).min(most_cuts)).collect()
+    elements.iter().map(|element| cuts(element).min(MOST_CUTS_A_ROUND)).collect()
 }
 
 #[cfg(test)]
@@ -73,19 +75,19 @@ mod tests {
     #[test]
     fn those_that_lose_most_are_cut_until_the_goal_is_near() {
         let elements = [element(1.0, 16.0), element(1.0, 0.1), element(4.0, 0.5), element(1e-6, 900.0)];
-        assert_eq!(cuts_for(&elements, 100.0, 1000, 2), [0, 0, 0, 0]);
-        assert_eq!(cuts_for(&elements, 1.5, 1000, 2), [1, 0, 0, 0]);
-        let fine = cuts_for(&elements, 0.03, 1000, 2);
+        assert_eq!(cuts_for(&elements, 100.0, 1000), [0, 0, 0, 0]);
+        assert_eq!(cuts_for(&elements, 1.5, 1000), [1, 0, 0, 0]);
+        let fine = cuts_for(&elements, 0.03, 1000);
         assert_eq!(fine, [2, 1, 2, 0]);
         let count = |cuts: &[u32]| cuts.iter().map(|cuts| 1usize << (2 * cuts)).sum::<usize>();
-        assert!(count(&cuts_for(&elements, 1e-9, 20, 2)) <= 20 + 12);
+        assert!(count(&cuts_for(&elements, 1e-9, 20)) <= 20 + 12);
         let uncuttable = [ElementLoss { cuts_left: 0, ..elements[0] }];
-        assert_eq!(cuts_for(&uncuttable, 1e-3, 1000, 2), [0]);
+        assert_eq!(cuts_for(&uncuttable, 1e-3, 1000), [0]);
         // What cannot be cut is no reason to cut the others more.
         let beside = [elements[0], ElementLoss { lost_lx2: 1e6, ..uncuttable[0] }];
         assert_eq!(
-            cuts_for(&beside, 0.5, 1000, 2),
-            cuts_for(&elements[..1], 1.0, 1000, 2).into_iter().chain([0]).collect::<Vec<_>>()
+            cuts_for(&beside, 0.5, 1000),
+            cuts_for(&elements[..1], 1.0, 1000).into_iter().chain([0]).collect::<Vec<_>>()
         );
     }
 
@@ -95,9 +97,9 @@ mod tests {
     fn a_peak_does_not_cut_what_lies_around_it() {
         let mut elements = vec![element(1.0, 1.0); 1000];
         elements[500] = element(1.0, 1e8);
-        let cuts = cuts_for(&elements, 2.0, 400_000, 2);
+        let cuts = cuts_for(&elements, 2.0, 400_000);
         assert_eq!((cuts[500], cuts.iter().sum::<u32>()), (2, 2));
         elements[500].cuts_left = 2;
-        assert!(cuts_for(&elements, 2.0, 400_000, 2).iter().sum::<u32>() > 1000, "the planted fault passed");
+        assert!(cuts_for(&elements, 2.0, 400_000).iter().sum::<u32>() > 1000, "the planted fault passed");
     }
 }

@@ -167,10 +167,8 @@ impl ControlVariate {
             again += 1;
             let variates = stream.next_pair();
             let light_sample = views.light_sample(&world.emitters, item.emitter, receiver, stream);
-            let found_lx = light_sample.map_or(0.0, |sample| {
-                sum.rays += 1;
-                sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
-            });
+            let Traced { value: found_lx, rays } = world.light_found(light_sample, receiver.origin);
+            sum.rays += rays;
             let expected_lx = item.expected_lx + item.change_lx(variates);
             sum.value += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
         }

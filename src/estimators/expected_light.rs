@@ -15,6 +15,9 @@ use crate::transport::{Traced, World};
 /// Share of an emitter's unshadowed illuminance, squared, that counts as one more square of a difference: an edge of a shadow may lie
 /// between the points of the pilot.
 const UNSEEN_EDGE: f64 = 0.1;
+/// Largest difference of light samples from even light, as a share of the unshadowed illuminance: their root mean square, and half of that of
+/// a single one.
+const EVEN: f64 = 0.05;
 /// Least uncertainty of any emitter, as a share of the mean unshadowed illuminance of all.
 const LEAST_UNCERTAINTY: f64 = 0.02;
 
@@ -43,11 +46,11 @@ impl EmitterPair {
         let mut unshadowed_lx = 0.0;
         let mut sample_lx = |sequence: usize| {
             stream.turn_to(sequence as u64);
-            view.light_sample(stream).map_or(0.0, |sample| {
-                *rays += 1;
-                unshadowed_lx = sample.unshadowed_lx;
-                sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
-            })
+            let sample = view.light_sample(stream);
+            unshadowed_lx = sample.map_or(unshadowed_lx, |sample| sample.unshadowed_lx);
+            let found = world.light_found(sample, receiver.origin);
+            *rays += found.rays;
+            found.value
         };
         let first_lx = sample_lx(emitter);
         let is_point = emitters[emitter].is_single_point();
@@ -75,16 +78,15 @@ pub struct FoundOfEmitter {
 }
 
 impl FoundOfEmitter {
-    /// Whether its light samples differ little from the expected light: up to this share of its unshadowed illuminance. Such an emitter is
-    /// seen from the whole element or from nowhere in it.
-    pub fn is_even(&self, share: f64) -> bool {
-        self.difference_lx2 <= (share * self.unshadowed_lx).powi(2)
+    /// Whether its light samples differ little from the expected light. Such an emitter is seen from the whole element or from nowhere in it.
+    pub fn is_even(&self) -> bool {
+        self.difference_lx2 <= (EVEN * self.unshadowed_lx).powi(2)
     }
 
     /// Whether light samples at a point differ more from the expected light.
-    pub fn differs_from(&self, pair: &EmitterPair, at: [f64; 2], share: f64) -> bool {
+    pub fn differs_from(&self, pair: &EmitterPair, at: [f64; 2]) -> bool {
         let expected_lx = self.expected_lx.at(at);
-        let most_lx = share * self.unshadowed_lx.max(pair.unshadowed_lx);
+        let most_lx = EVEN * self.unshadowed_lx.max(pair.unshadowed_lx);
         pair.samples_lx.iter().any(|lx| (lx - expected_lx).abs() > 2.0 * most_lx)
     }
 
@@ -117,7 +119,8 @@ struct ExpectedEmitter {
 }
 
 impl ExpectedLight {
-    /// The light expected after a pilot of `points` points (none if all is known from a larger element), and the mean square in lx² by which a sample beside it differs from it.
+    /// The light expected after a pilot of `points` points (none if all is known from a larger element), and the mean square in lx² by which a
+    /// sample beside it differs from it.
     pub fn of(found: &[FoundOfEmitter], points: usize) -> (ExpectedLight, f64) {
         let mut light = ExpectedLight { emitters: Vec::with_capacity(found.len()), ..ExpectedLight::default() };
         let unshadowed_lx: f64 = found.iter().map(|found| found.unshadowed_lx).sum();
@@ -161,15 +164,12 @@ impl ExpectedLight {
         let place = place.min(self.emitters.len() - 1);
         let chosen = &self.emitters[place];
         let before_lx = if place > 0 { self.emitters[place - 1].cumulative_lx } else { 0.0 };
-        let mut sum = Traced { value: self.sum_lx.at(at), rays: 0 };
         let emitter = &world.emitters.list()[chosen.emitter as usize];
         let light_sample = emitter.light_sample(receiver.point_m, receiver.normal, stream);
-        let found_lx = light_sample.map_or(0.0, |sample| {
-            sum.rays += 1;
-            sample.unshadowed_lx * world.seen_share(&sample, receiver.origin)
-        });
-        sum.value += (found_lx - chosen.expected_lx.at(at)) * all_lx / (chosen.cumulative_lx - before_lx);
-        sum
+        let found = world.light_found(light_sample, receiver.origin);
+        let beyond_lx = found.value - chosen.expected_lx.at(at);
+        let value = self.sum_lx.at(at) + beyond_lx * all_lx / (chosen.cumulative_lx - before_lx);
+        Traced { value, ..found }
     }
 }
 
@@ -258,7 +258,7 @@ mod tests {
             // It is asked once in about 1.5 samples, and a difference then counts 1.5 times.
             assert!((beside_lx2 / 14.0 - third / (second - first)).abs() < 0.05, "{beside_lx2}");
         }
-        assert!(found[0].is_even(0.05) && !found[1].is_even(0.05));
+        assert!(found[0].is_even() && !found[1].is_even());
         assert!(ExpectedLight::of(&found, 0).1.is_finite());
     }
 }

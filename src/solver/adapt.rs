@@ -17,7 +17,7 @@ use super::contact::{KnownContact, contact_free_shares};
 use super::context::Context;
 use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
-use super::side_losses::SideLosses;
+use super::side_losses::{SURE, SideLosses};
 use super::streams::stream_number;
 use crate::estimators::basis::{Linear, SLOPES, bends_at};
 use crate::estimators::direct::SamplePair;
@@ -44,9 +44,6 @@ const SIDES_A_SECOND: f64 = 12_500.0;
 pub const BYTES_OF_A_SIDE: u64 = 6700;
 /// Share of the squared target for which samples of direct light are shared out among the elements.
 const SHARE_OF_DIRECT: f64 = 0.25;
-
-/// Standard errors by which a loss must be above what is allowed to be sure.
-const CERTAINTY: f64 = 2.0;
 
 /// What a job stores for elements that adapt, in addition to its sums.
 #[derive(Serialize, Deserialize)]
@@ -191,7 +188,7 @@ impl Adaptive {
         };
         // What is sure of all together, or of one group after the other.
         let of_groups_lx2 = (sides.sure_m2_lx2(of_direct) + loss.coarse.sure_lx2_m2) / area_m2;
-        loss.sure_mean_lx2 = of_groups_lx2.max(loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2);
+        loss.sure_mean_lx2 = of_groups_lx2.max(loss.mean_lx2 - SURE * loss.standard_error_lx2);
         loss
     }
 

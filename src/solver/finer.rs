@@ -6,9 +6,6 @@ use crate::estimators::basis::Linear;
 use crate::scene::elements::MOST_CUTS;
 use crate::scene::{Elements, body_of};
 
-/// Cuts of one element at once, at most. The loss of its pieces is known only after the next look at them.
-const MOST_CUTS_AT_ONCE: u32 = 2;
-
 /// How often to cut each element, given its loss in lx², so that all together lose no more than a goal.
 pub fn cuts_of(
     context: &Context,
@@ -31,7 +28,7 @@ pub fn cuts_of(
         }
     };
     let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
-    cuts_for(&losses, goal_lx2, most_elements, MOST_CUTS_AT_ONCE)
+    cuts_for(&losses, goal_lx2, most_elements)
 }
 
 /// The element from which one of the finer ones was cut.

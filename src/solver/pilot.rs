@@ -274,9 +274,7 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, contact_fre
         site.add(context, element.area_m2 * share, WALKS, || {
             let (at, drawing_rays) = element.draw_contact_free(world, &mut stream);
             let origin = element.origin(world, at);
-            let receiver =
-                Receiver { point_m: element.point_m(world, at), normal: element.normal_at(world, at), origin: &origin };
-            let walked = sample_indirect_lx(world, &receiver, &mut cut, &mut stream);
+            let walked = sample_indirect_lx(world, &element.receiver(world, at, &origin), &mut cut, &mut stream);
             Traced { rays: drawing_rays + walked.rays, ..walked }
         });
         site.weighed = cut.weighed as f64;

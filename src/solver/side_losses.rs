@@ -1,7 +1,7 @@
 //! Loss of smooth light on the two sides of surfaces. Single elements show too little of it, so it is pooled over neighbours on a side: over
 //! the whole side where the loss is as even as chance allows, over less where it surely is not, as beside a luminaire near a wall.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::ops::{Add, Range};
 
 use crate::maps::Variation;
@@ -11,8 +11,8 @@ use crate::solver::empty_maps::Shows;
 
 /// Two halves of a group of elements are pooled unless their losses differ by more than this many standard errors.
 const CERTAINTY: f64 = 4.0;
-/// Standard errors by which a group must lose more than nothing to be sure.
-const SURE: f64 = 2.0;
+/// Standard errors by which a loss must be above a limit to be surely above it.
+pub const SURE: f64 = 2.0;
 /// Fewest elements that are pooled.
 const FEWEST_POOLED: usize = 4;
 
@@ -37,25 +37,26 @@ struct LossGroup {
 }
 
 /// Loss of smooth light on the sides of all surfaces.
-pub struct SideLosses {
+pub struct SideLosses<'a> {
     groups: Vec<LossGroup>,
     group_of: Vec<u32>,
     /// For every group, its whole side.
     sides: Vec<LossGroup>,
-    expected: Vec<[f64; 2]>,
+    expected: &'a [[f64; 2]],
 }
 
-impl SideLosses {
+impl<'a> SideLosses<'a> {
     /// Computes the losses from the variation of light within elements with these areas, which show slopes or not. The light of each is
     /// expected to slope and to bend in proportion to `expected`.
     pub fn of(
         context: &Context,
         elements: &Elements,
-        (areas_m2, expected): (&[f64], &[[f64; 2]]),
+        (areas_m2, expected): (&[f64], &'a [[f64; 2]]),
         (sloped, contact_free): Shows,
         variations: &[Variation],
-    ) -> SideLosses {
-        let mut sides: HashMap<(u32, &'static str), Vec<usize>> = HashMap::new();
+    ) -> SideLosses<'a> {
+        // In an order that no run changes: sums over groups are rounded in it.
+        let mut sides: BTreeMap<(u32, &'static str), Vec<usize>> = BTreeMap::new();
         for index in 0..elements.len() {
             sides.entry(side_of(context, elements, index)).or_default().push(index);
         }
@@ -63,12 +64,8 @@ impl SideLosses {
             1.0 => LossGroup::of(&variations[*index], (areas_m2[*index], expected[*index]), sloped[*index]),
             _ => LossGroup::beside_contact(&variations[*index], areas_m2[*index]),
         };
-        let mut losses = SideLosses {
-            groups: Vec::new(),
-            sides: Vec::new(),
-            group_of: vec![0; elements.len()],
-            expected: expected.to_vec(),
-        };
+        let mut losses =
+            SideLosses { groups: Vec::new(), sides: Vec::new(), group_of: vec![0; elements.len()], expected };
         for indices in sides.values() {
             let of_elements: Vec<LossGroup> = indices.iter().map(of_one).collect();
             let (side, ranges) = pooled(&of_elements, 0..indices.len());

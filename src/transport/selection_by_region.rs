@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::World;
 use super::sides_by_area::{SidesByArea, TriangleSide};
+use super::traced::Traced;
 use crate::geometry::Origin;
 use crate::sampling::emitter::LightSample;
 use crate::sampling::random::{Purpose, Stream};
@@ -127,6 +128,13 @@ impl World {
         sample.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
     }
 
+    /// Illuminance in lx that a light sample brings to a point, if there is one, and its ray.
+    #[inline]
+    pub fn light_found(&self, sample: Option<LightSample>, origin: &Origin) -> Traced {
+        let lx = |sample: LightSample| sample.unshadowed_lx * self.seen_share(&sample, origin);
+        sample.map_or(Traced::default(), |sample| Traced { value: lx(sample), rays: 1 })
+    }
+
     /// Samples one emitter after the other from a point with a unit normal, roughly in order of strength. Passes each to `show` with its
     /// illuminance in lx, until `enough` returns true.
     pub fn light_samples_around(
@@ -140,10 +148,8 @@ impl World {
         let mut found = LightInSight::default();
         self.emitters.strongest_first(point_m, normal, |index, importance, rest| {
             let sample = self.emitters.list()[index as usize].light_sample(point_m, normal, stream);
-            let lx = sample.map_or(0.0, |sample| {
-                found.rays += 1;
-                sample.unshadowed_lx * self.seen_share(&sample, origin)
-            });
+            let Traced { value: lx, rays } = self.light_found(sample, origin);
+            found.rays += rays;
             found.samples += 1;
             found.rest_lx = rest;
             *(if lx > 0.0 { &mut found.seen_lx } else { &mut found.hidden_lx }) += importance;

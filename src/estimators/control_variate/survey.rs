@@ -159,11 +159,9 @@ impl<'a> Survey<'a> {
         self.stream.turn_to_square(square.code(), square);
         let Receiver { point_m, normal, .. } = *self.receiver;
         let view = self.view.get_or_insert_with(|| self.emitter.view(point_m, normal));
-        let Some(sample) = view.light_sample(self.stream) else {
-            return 0.0;
-        };
-        self.rays += 1;
-        sample.unshadowed_lx * self.world.seen_share(&sample, self.receiver.origin)
+        let found = self.world.light_found(view.light_sample(self.stream), self.receiver.origin);
+        self.rays += found.rays;
+        found.value
     }
 }
 

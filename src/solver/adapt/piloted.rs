@@ -11,8 +11,6 @@ use crate::solver::context::Context;
 
 /// Among so many points one asks every emitter. The others ask those that brought no even light to the parent.
 const POINTS_TO_ASK_ALL: usize = 4;
-/// Largest difference of a sample from even light, as a share of the unshadowed illuminance.
-const EVEN: f64 = 0.05;
 
 /// Findings of the pilot on an element's direct light.
 #[derive(Clone, Copy, Debug, Default)]
@@ -120,7 +118,7 @@ impl PilotedElement<'_> {
         let (world, mut stream) = (self.context.world, self.stream());
         let emitters = world.emitters.list().len();
         let mut is_asked: Vec<bool> =
-            (0..emitters).map(|emitter| before.get(emitter).is_none_or(|found| !found.is_even(EVEN))).collect();
+            (0..emitters).map(|emitter| before.get(emitter).is_none_or(|found| !found.is_even())).collect();
         let mut seen = SeenPoints::default();
         let mut origins = Vec::new();
         let mut missing: Vec<(usize, usize, usize)> = Vec::new();
@@ -130,25 +128,21 @@ impl PilotedElement<'_> {
             let origin = self.element.origin(world, at);
             let receiver = self.element.receiver(world, at, &origin);
             let asks_all = point % POINTS_TO_ASK_ALL == 0;
-            let mut pairs: Vec<Option<EmitterPair>> = vec![None; emitters];
-            for asks_now in [false, true] {
-                let brought = |pair: &Option<EmitterPair>| pair.is_some_and(|pair| pair.is_lit());
-                let asks_rest = asks_now && !pairs.iter().any(brought);
-                for (emitter, pair) in pairs.iter_mut().enumerate() {
-                    let is_wanted = if asks_now { asks_rest } else { asks_all || is_asked[emitter] };
-                    if pair.is_none() && is_wanted {
-                        *pair = Some(EmitterPair::sampled(world, emitter, &receiver, &mut stream, &mut seen.rays));
-                    }
-                }
+            let mut ask = |emitter| EmitterPair::sampled(world, emitter, &receiver, &mut stream, &mut seen.rays);
+            let mut pairs: Vec<Option<EmitterPair>> =
+                (0..emitters).map(|emitter| (asks_all || is_asked[emitter]).then(|| ask(emitter))).collect();
+            // Expected light says nothing of contact.
+            if !pairs.iter().flatten().any(EmitterPair::is_lit) {
+                pairs.iter_mut().enumerate().for_each(|(emitter, pair)| *pair = pair.or_else(|| Some(ask(emitter))));
             }
-            let sums_lx = [0, 1].map(|k| pairs.iter().flatten().map(|pair| pair.samples_lx[k]).sum());
+            let sums_lx = sums_lx(pairs.iter().flatten());
             if !self.is_free(sums_lx, at, &mut stream, &mut seen.rays) {
                 continue;
             }
             for (emitter, pair) in pairs.into_iter().enumerate() {
                 let pair = match pair {
                     Some(pair) => {
-                        let is_other = |found: &FoundOfEmitter| found.differs_from(&pair, at, EVEN);
+                        let is_other = |found: &FoundOfEmitter| found.differs_from(&pair, at);
                         is_asked[emitter] |= before.get(emitter).is_some_and(is_other);
                         pair
                     }
@@ -171,8 +165,7 @@ impl PilotedElement<'_> {
             }
         }
         let of_points = seen.of_emitters.chunks(emitters.max(1));
-        seen.samples_lx =
-            of_points.map(|pairs| [0, 1].map(|k| pairs.iter().map(|pair| pair.samples_lx[k]).sum())).collect();
+        seen.samples_lx = of_points.map(|pairs| sums_lx(pairs.iter())).collect();
         seen
     }
 
@@ -204,23 +197,29 @@ struct FittedPairs {
     square_lx2: f64,
 }
 
+/// Sums of both samples over emitters, in lx.
+fn sums_lx<'a>(pairs: impl Iterator<Item = &'a EmitterPair>) -> [f64; 2] {
+    pairs.fold([0.0; 2], |sums, pair| [0, 1].map(|k| sums[k] + pair.samples_lx[k]))
+}
+
 impl FittedPairs {
     /// The constant closest to pairs of samples.
     fn even(pairs_lx: impl Iterator<Item = [f64; 2]> + Clone) -> FittedPairs {
         let points = pairs_lx.clone().count() as f64;
         let means_lx = [0, 1].map(|k| pairs_lx.clone().map(|pair_lx| pair_lx[k]).sum::<f64>() / points);
+        let left_lx = pairs_lx.map(|pair_lx| [0, 1].map(|k| pair_lx[k] - means_lx[k]));
+        FittedPairs::leaving(left_lx, points - 1.0, Linear::even(0.5 * (means_lx[0] + means_lx[1])))
+    }
+
+    /// A function that leaves so much of each pair. `free` is the number of points less that of the fitted coefficients.
+    fn leaving(left_lx: impl Iterator<Item = [f64; 2]>, free: f64, linear_lx: Linear) -> FittedPairs {
         let (mut product_lx2, mut square_lx2) = (0.0, 0.0);
-        for pair_lx in pairs_lx {
-            let [one, other] = [0, 1].map(|k| pair_lx[k] - means_lx[k]);
+        for [one, other] in left_lx {
             product_lx2 += one * other;
             square_lx2 += 0.5 * (one * one + other * other);
         }
-        let free = (points - 1.0).max(1.0);
-        FittedPairs {
-            linear_lx: Linear::even(0.5 * (means_lx[0] + means_lx[1])),
-            product_lx2: product_lx2 / free,
-            square_lx2: square_lx2 / free,
-        }
+        let free = free.max(1.0);
+        FittedPairs { linear_lx, product_lx2: product_lx2 / free, square_lx2: square_lx2 / free }
     }
 }
 
@@ -244,19 +243,9 @@ impl PointFit {
             let sums: Vector3<f64> = both().map(|(row, pair_lx)| row * pair_lx[number]).sum();
             self.inverse * sums
         });
-        let (mut product_lx2, mut square_lx2) = (0.0, 0.0);
-        for (row, pair_lx) in both() {
-            let [one, other] = [0, 1].map(|number| pair_lx[number] - row.dot(&fits[number]));
-            product_lx2 += one * other;
-            square_lx2 += 0.5 * (one * one + other * other);
-        }
-        let free = (self.rows.len() as f64 - 3.0).max(1.0);
-        let [mean, first, second] = (0.5 * (fits[0] + fits[1])).into();
-        FittedPairs {
-            linear_lx: Linear([mean, first, second]),
-            product_lx2: product_lx2 / free,
-            square_lx2: square_lx2 / free,
-        }
+        let left_lx = both().map(|(row, pair_lx)| [0, 1].map(|number| pair_lx[number] - row.dot(&fits[number])));
+        let linear_lx = Linear((0.5 * (fits[0] + fits[1])).into());
+        FittedPairs::leaving(left_lx, self.rows.len() as f64 - 3.0, linear_lx)
     }
 
     /// What was found of each emitter, from its pairs at every point, point by point. In an element that is partly hidden by contact few
@@ -310,7 +299,7 @@ mod tests {
             });
         let piloted = PilotedElement { context: &context, element: lit.expect("an element"), index: 0, round: 0 };
         let (all, found, rays_of_all) = piloted.sampled(24, &[]);
-        assert!(!found[0].is_even(EVEN) && found[1..].iter().all(|found| found.is_even(EVEN)), "{found:?}");
+        assert!(!found[0].is_even() && found[1..].iter().all(|found| found.is_even()), "{found:?}");
         let (few, _, rays_of_few) = piloted.sampled(24, &found);
         assert!((rays_of_few as f64) < 0.5 * rays_of_all as f64, "{rays_of_few} of {rays_of_all}");
         let close = |one: f64, other: f64| (one / other - 1.0).abs() < 0.02;
@@ -318,7 +307,7 @@ mod tests {
         let full_lx = Linear::even(found[0].unshadowed_lx);
         let thought_even = FoundOfEmitter { expected_lx: full_lx, difference_lx2: 0.0, ..found[0] };
         let (seen, again, _) = piloted.sampled(24, &[&[thought_even], &found[1..]].concat());
-        assert!(!again[0].is_even(EVEN) && close(seen.left_lx2, all.left_lx2), "{seen:?} {all:?}");
+        assert!(!again[0].is_even() && close(seen.left_lx2, all.left_lx2), "{seen:?} {all:?}");
         let missed = thought_even.expected_pair([0.1; 2]).samples_lx;
         assert_eq!(missed, [found[0].unshadowed_lx; 2], "light that nobody asks for has no shadow");
     }
