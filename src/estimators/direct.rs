@@ -357,7 +357,21 @@ pub fn one_light_sample<'a>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
-    let choices = world.choices(spot, receiver.point_m, receiver.normal, cut);
+    one_light_sample_beside_packets(world, spot, receiver, (cost, 0.0), cut, stream)
+}
+
+/// The same where light of near luminaires is also found by packets: see [`World::choices_beside_packets`].
+#[inline]
+pub fn one_light_sample_beside_packets<'a>(
+    world: &'a World,
+    spot: TriangleSide,
+    receiver: &Receiver,
+    (cost, packets_per_lx): (SampleCost, f64),
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> Option<Sight<'a>> {
+    let place = [receiver.point_m, receiver.normal];
+    let choices = world.choices_beside_packets(spot, place, packets_per_lx, cut);
     // If there is no choice, the better coordinates are left for the following draws.
     let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
     light_sample_of(world, choices.choose(variate)?, receiver, cost, stream)

@@ -8,3 +8,9 @@ pub const ABREAST: usize = 8;
 pub fn larger(one: f32, other: f32) -> f32 {
     if one > other { one } else { other }
 }
+
+/// Returns the smaller one in the same way.
+#[inline(always)]
+pub fn smaller(one: f32, other: f32) -> f32 {
+    if one < other { one } else { other }
+}

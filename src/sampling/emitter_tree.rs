@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use super::few_beacons::BeaconMask;
 use super::few_beacons::{FewBeacons, Weights};
 use super::importance::{Beacon, NEAR_RADIUS_PER_DISTANCE, Profile};
 
@@ -55,6 +56,12 @@ impl Cut {
     /// Returns the importance of all groups together.
     fn total(&self) -> f64 {
         self.groups.last().map_or(0.0, |group| group.cumulative)
+    }
+
+    /// Lessens the weights w of the emitters of a mask, from [`EmitterTree::mask`], to w/(1 + w `per_lx`).
+    #[inline]
+    pub fn lessen(&mut self, mask: &BeaconMask, per_lx: f64) {
+        self.weights.lessen(mask, per_lx);
     }
 }
 
@@ -250,6 +257,11 @@ impl EmitterTree {
             }
         }
         opened
+    }
+
+    /// Returns the mask of the emitters that `is_in` accepts; `None` if emitters are too many to be weighed one by one.
+    pub fn mask(&self, is_in: impl Fn(u32) -> bool) -> Option<BeaconMask> {
+        self.few.as_ref().map(|few| few.mask(is_in))
     }
 
     /// Prepares `cut` for any number of choices at a point with a unit normal. It lists the groups that are far enough to be treated as one

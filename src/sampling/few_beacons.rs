@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::abreast::{ABREAST, larger};
+use super::abreast::{ABREAST, larger, smaller};
 use super::importance::{Beacon, Profile};
 
 /// Largest number of beacons that count as few. With more, the tree takes less time.
@@ -15,6 +15,9 @@ const LARGEST_M: f64 = 1e8;
 const LARGEST_CD: f64 = 1e20;
 /// Squared distances in m² below this are raised to it, so that intensities divided by them stay finite.
 const LEAST_SQUARED_M2: f32 = 1e-16;
+/// Height in m of a point at which the plane of an emitter does not matter, and a height of none.
+const HIGH_ABOVE_M: f32 = 1e30;
+const LEAST_HEIGHT_M: f32 = 1e-30;
 /// Rounding of single precision as a share of the largest coordinate. Radii grow by this, so that an emitter just above the horizon is
 /// never taken to be below it.
 const RELATIVE_ROUNDING_F32: f64 = 4e-7;
@@ -47,6 +50,9 @@ struct BeaconBlock {
     intensity: [f32; ABREAST],
     /// 1 where the intensity is independent of the angle from the axis or given by a table; otherwise 0.
     is_even: [f32; ABREAST],
+    /// Added to the height in m above the plane through the centre: the margin for rounding of a flat emitter; otherwise a height at which
+    /// planes do not matter.
+    lift: [f32; ABREAST],
 }
 
 /// Weights of all beacons at one point, with reusable storage.
@@ -73,6 +79,26 @@ impl Weights {
             }
             Some(weight)
         })
+    }
+
+    /// Lessens the weights w of some beacons to w/(1 + w `per_lx`).
+    #[inline]
+    pub fn lessen(&mut self, mask: &BeaconMask, per_lx: f64) {
+        let (per_lx, mut lanes) = (per_lx as f32, [0.0; ABREAST]);
+        for (weights, mask) in self.eights.iter_mut().zip(&mask.0) {
+            for ((weight, mask), sum) in weights.iter_mut().zip(mask).zip(&mut lanes) {
+                *weight /= 1.0 + mask * per_lx * *weight;
+                *sum += f64::from(*weight);
+            }
+        }
+        self.sum_up(lanes);
+    }
+
+    #[inline(always)]
+    fn sum_up(&mut self, lanes: [f64; ABREAST]) {
+        self.lanes = lanes;
+        let [a, b, c, d, e, f, g, h] = lanes;
+        self.total = ((a + e) + (b + f)) + ((c + g) + (d + h));
     }
 
     /// Returns the beacon at which the running sum exceeds `aim`, which is below the total. If rounding leaves the sum too small, it
@@ -102,6 +128,10 @@ fn passed(numbers: impl IntoIterator<Item = f64>, aim: f64) -> (usize, f64) {
     }
     (count, before)
 }
+
+/// Which beacons belong to some of the emitters: 1 for each that does, otherwise 0.
+#[derive(Clone, Debug)]
+pub struct BeaconMask(Vec<[f32; ABREAST]>);
 
 /// Weights of a block, and the largest cos γ that each beacon's extent allows.
 type Weighed = [[f32; ABREAST]; 2];
@@ -151,10 +181,12 @@ impl FewBeacons {
         for (axis, lanes) in block.axis.iter_mut().enumerate() {
             lanes[lane] = beacon.axis[axis] as f32;
         }
-        block.radius[lane] = (beacon.radius_m + RELATIVE_ROUNDING_F32 * largest_m) as f32;
+        let margin_m = RELATIVE_ROUNDING_F32 * largest_m;
+        block.radius[lane] = (beacon.radius_m + margin_m) as f32;
+        block.lift[lane] = if matches!(beacon.profile, Profile::Flat) { margin_m as f32 } else { HIGH_ABOVE_M };
         block.most_per_m2[lane] = (1.0 / (beacon.radius_m * beacon.radius_m)) as f32;
         block.intensity[lane] = beacon.intensity_cd as f32;
-        block.is_even[lane] = f32::from(u8::from(!matches!(beacon.profile, Profile::Cosine)));
+        block.is_even[lane] = f32::from(u8::from(!matches!(beacon.profile, Profile::Cosine | Profile::Flat)));
         if matches!(beacon.profile, Profile::Table(_)) {
             self.tables.push((number, lane, beacon.profile.clone()));
         }
@@ -205,9 +237,16 @@ impl FewBeacons {
                 *lane += f64::from(*weight);
             }
         }
-        weights.lanes = lanes;
-        let [a, b, c, d, e, f, g, h] = lanes;
-        weights.total = ((a + e) + (b + f)) + ((c + g) + (d + h));
+        weights.sum_up(lanes);
+    }
+
+    /// Returns the mask of the emitters that `is_in` accepts.
+    pub fn mask(&self, is_in: impl Fn(u32) -> bool) -> BeaconMask {
+        let mut mask = vec![[0.0; ABREAST]; self.blocks.len()];
+        for (place, emitter) in self.emitters.iter().enumerate() {
+            mask[place % self.blocks.len()][place / self.blocks.len()] = f32::from(u8::from(is_in(*emitter)));
+        }
+        BeaconMask(mask)
     }
 
     /// Chooses an emitter by a variate in [0, 1) from the weights of [`FewBeacons::weigh`]. Returns it with the probability of the choice.
@@ -243,9 +282,13 @@ impl BeaconBlock {
             // For a point inside the ball, the emitter can be anywhere above the horizon.
             let within = if spread >= 1.0 { 1.0 } else { 0.0 };
             let at_receiver = larger((dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0), within);
-            let cosine = spread - dot(of_lane(&self.axis)) * inverse;
+            let along = dot(of_lane(&self.axis));
+            let cosine = spread - along * inverse;
             let even = larger(self.is_even[lane], within);
-            let profile = larger(cosine.clamp(0.0, 1.0), even);
+            // At most 1, also for a point in the plane of a flat emitter.
+            let height = larger(self.lift[lane] - along, 0.0);
+            let flat = height / larger(larger(squared * inverse - self.radius[lane], height), LEAST_HEIGHT_M);
+            let profile = smaller(larger(cosine.clamp(0.0, 1.0), even), flat);
             let most = self.most_per_m2[lane];
             let per_m2 = if inverse * inverse < most { inverse * inverse } else { most };
             *weight = self.intensity[lane] * profile * at_receiver * per_m2;
@@ -261,7 +304,8 @@ mod tests {
 
     use super::*;
 
-    /// 37 beacons, some in parts, at points near and far. Weights equal the importances to 1e-4 plus the effect of the enlarged radii.
+    /// 37 beacons, some in parts, at points near and far, and with the weights of every second one lessened. Weights equal the importances
+    /// to 1e-4 plus the effect of the enlarged radii.
     /// Choices occur with the stated probabilities. The portable version gives the same bytes.
     #[test]
     fn weights_are_importances_and_choices_are_as_reported() {
@@ -273,7 +317,7 @@ mod tests {
                     radius_m: 0.05 * f64::from(i % 2),
                     axis: -DVec3::Z,
                     intensity_cd: 10f64.powi(i % 5),
-                    profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
+                    profile: [Profile::Cosine, Profile::Flat, Profile::Uniform][i as usize % 3].clone(),
                     parts: Arc::default(),
                 };
                 let part = |shift: f64| Beacon {
@@ -286,15 +330,24 @@ mod tests {
             })
             .collect();
         let few = FewBeacons::of(&beacons.iter().collect::<Vec<_>>()).expect("they are few");
-        for (point_m, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.1, 2.7), DVec3::X)] {
+        for (point_m, normal, lessened_per_lx) in
+            [(DVec3::ZERO, DVec3::Z, 0.0), (DVec3::new(3.0, 3.1, 2.7), DVec3::X, 0.0), (DVec3::ZERO, DVec3::Z, 0.01)]
+        {
             let mut weights = Weights::default();
             few.weigh(point_m, normal, &mut weights);
             let mut portable = weights.clone();
             few.weigh_all((point_m - few.middle_m).as_vec3(), normal.as_vec3(), &mut portable);
             assert_eq!(weights.eights, portable.eights);
-            let importance = |beacon: &Beacon| match beacon.parts.is_empty() {
-                true => beacon.importance_lx(point_m, normal),
-                false => beacon.parts.iter().map(|part| part.importance_lx(point_m, normal)).sum(),
+            let is_lessened = |emitter: usize| emitter.is_multiple_of(2);
+            if lessened_per_lx > 0.0 {
+                weights.lessen(&few.mask(|emitter| is_lessened(emitter as usize)), lessened_per_lx);
+            }
+            let weight_of = |emitter: usize| {
+                let beacon = &beacons[emitter];
+                let parts = if beacon.parts.is_empty() { std::slice::from_ref(beacon) } else { &beacon.parts[..] };
+                let per_lx = if is_lessened(emitter) { lessened_per_lx } else { 0.0 };
+                let importances_lx = parts.iter().map(|part| part.importance_lx(point_m, normal));
+                importances_lx.map(|lx| lx / (1.0 + lx * per_lx)).sum::<f64>()
             };
             let mut counts = vec![0; beacons.len()];
             for i in 0..N {
@@ -305,7 +358,7 @@ mod tests {
             }
             for (emitter, beacon) in beacons.iter().enumerate() {
                 let probability = few.probability(emitter as u32, &weights);
-                let exact = importance(beacon);
+                let exact = weight_of(emitter);
                 // The rounding added to a radius may lift a beacon over the horizon: I/d² times a millionth of the scene's size over d.
                 let lifted = 1e-5 * beacon.intensity_cd / beacon.center_m.distance(point_m).powi(3);
                 assert!((probability * weights.total - exact).abs() < 1e-4 * exact + lifted, "{emitter}");

@@ -38,6 +38,8 @@ pub(super) enum Profile {
     Uniform,
     /// Intensity follows the cosine, raised to allow for the emitter's own extent.
     Cosine,
+    /// The same for an emitter that lies in the plane through its centre. It gives no light behind that plane and little near it.
+    Flat,
     /// A table over equal steps of cos γ from −1 to 1. Each entry is the largest value over all planes.
     Table(Arc<[f64; PROFILE_STEPS]>),
 }
@@ -69,7 +71,7 @@ impl Profile {
     pub fn at(&self, cosine: f64) -> f64 {
         match self {
             Profile::Uniform => 1.0,
-            Profile::Cosine => cosine.max(0.0),
+            Profile::Cosine | Profile::Flat => cosine.max(0.0),
             Profile::Table(table) => {
                 table[((0.5 * (cosine + 1.0) * PROFILE_STEPS as f64) as usize).min(PROFILE_STEPS - 1)]
             }
@@ -81,7 +83,7 @@ impl Beacon {
     /// Largest intensity in any direction, in cd.
     pub fn largest_intensity_cd(&self) -> f64 {
         match &self.profile {
-            Profile::Uniform | Profile::Cosine => self.intensity_cd,
+            Profile::Uniform | Profile::Cosine | Profile::Flat => self.intensity_cd,
             Profile::Table(table) => self.intensity_cd * table.iter().copied().fold(0.0, f64::max),
         }
     }
@@ -105,7 +107,7 @@ impl Beacon {
         }
         let sum = self.intensity_cd + other.intensity_cd;
         match (&self.profile, &other.profile) {
-            (Profile::Cosine, Profile::Cosine) => Some((sum, Profile::Cosine)),
+            (Profile::Cosine | Profile::Flat, Profile::Cosine | Profile::Flat) => Some((sum, Profile::Cosine)),
             (Profile::Uniform, Profile::Uniform) => Some((sum, Profile::Uniform)),
             (Profile::Table(own), Profile::Table(others)) => {
                 let mixed = std::array::from_fn(|step| {
@@ -139,10 +141,13 @@ impl Beacon {
         if at_receiver <= 0.0 {
             return 0.0;
         }
-        let cos_gamma = -offset.dot(self.axis) * inverse;
+        let height_m = -offset.dot(self.axis);
         let profile = match &self.profile {
+            Profile::Flat if height_m <= 0.0 => return 0.0,
+            // All points of the emitter are at this height. None of them is nearer than it, nor than the surface of the ball.
+            Profile::Flat => height_m / height_m.max(distance_squared * inverse - self.radius_m),
             Profile::Cosine if is_within => 1.0,
-            profile => profile.at((cos_gamma + spread).min(1.0)),
+            profile => profile.at((height_m * inverse + spread).min(1.0)),
         };
         self.intensity_cd * profile * at_receiver / distance_squared.max(self.radius_m * self.radius_m)
     }

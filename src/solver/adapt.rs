@@ -85,6 +85,18 @@ pub struct Loss {
     coarse: CoarseLoss,
 }
 
+impl Loss {
+    /// The mean over the whole map with its standard error, in lx². Not a number if the loss is not, so that no map then meets a target.
+    pub fn stated_lx2(&self) -> f64 {
+        at_least_none(self.mean_lx2) + self.standard_error_lx2
+    }
+}
+
+/// A loss, or 0 if random error takes it below. Unlike a maximum, it does not turn what is not a number into 0.
+pub fn at_least_none(lost_lx2: f64) -> f64 {
+    lost_lx2.clamp(0.0, f64::INFINITY)
+}
+
 /// Rays of the samples that a map has.
 #[derive(Clone, Copy, Debug)]
 pub struct Spent {
@@ -360,7 +372,8 @@ mod tests {
 
     use super::*;
     use crate::check::scene_from_json;
-    use crate::maps::standard_error;
+    use crate::control::accepts;
+    use crate::maps::{Judgement, standard_error};
     use crate::solver::empty_maps::element_map;
     use crate::solver::passes::direct_in_elements;
     use crate::transport::World;
@@ -402,6 +415,20 @@ mod tests {
             work: map.direct_variance(&weights_m2) * rays as f64,
             scatters_lx2: (0..elements.len()).map(|index| adaptive.scatter_lx2(&map, index)).collect(),
         }
+    }
+
+    /// Planted fault: a maximum with 0 would state no loss where the loss is not a number, and the target would count as met.
+    #[test]
+    fn a_map_whose_loss_is_not_a_number_meets_no_target() {
+        let meets = |lost_lx2: f64| {
+            let judgement =
+                Judgement { mean: 100.0, expected_error: 0.001, degrees_of_freedom: 1e4, ..Judgement::default() };
+            accepts(0.01, &Judgement { discretisation: lost_lx2.sqrt() / judgement.mean, ..judgement })
+        };
+        let loss = |mean_lx2: f64| Loss { mean_lx2, standard_error_lx2: 1e-3, ..Loss::default() };
+        assert!(meets(loss(-0.5).stated_lx2()) && !meets(loss(2.0).stated_lx2()));
+        assert!(!meets(loss(f64::NAN).stated_lx2()));
+        assert!(meets(f64::max(f64::NAN, 0.0)), "the planted fault is refused");
     }
 
     /// Elements that take more samples where a first run found more scatter, and elements that take one each. Both means over the room agree

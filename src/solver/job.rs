@@ -340,8 +340,8 @@ impl Job {
         if let Some(adaptive) = &self.adapting.adaptive {
             let coarse = self.adapting.coarse.as_ref();
             self.adapting.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, coarse);
-            let lost_lx2 = self.adapting.loss.mean_lx2.max(0.0) + self.adapting.loss.standard_error_lx2;
-            self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean.max(f64::MIN_POSITIVE);
+            self.judgement.discretisation =
+                self.adapting.loss.stated_lx2().sqrt() / self.judgement.mean.max(f64::MIN_POSITIVE);
         }
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gather {

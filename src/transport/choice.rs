@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::selection_by_cell::CellChoice;
 use super::selection_by_region::RegionSelection;
-use super::{TriangleSide, World};
+use super::{NearLuminaires, TriangleSide, World};
 use crate::sampling::emitter_tree::Cut;
 
 /// Share of the choices that go to luminaires seen from the region, where most light is hidden (docs/methods.md (6)).
@@ -37,6 +37,20 @@ impl World {
     /// Prepares the choice at a point with a unit normal on a side of a triangle. `cut` is scratch memory for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
+        self.choices_beside_packets(spot, [point_m, normal], 0.0, cut)
+    }
+
+    /// The same where light of near luminaires is also found by packets, whose density over that of walks is `packets_per_lx` times the
+    /// illuminance: a light sample of illuminance E then counts E/(1 + E `packets_per_lx`), and near luminaires are chosen in proportion to
+    /// that (docs/methods.md (59)).
+    #[inline]
+    pub fn choices_beside_packets<'a>(
+        &'a self,
+        spot: TriangleSide,
+        [point_m, normal]: [DVec3; 2],
+        packets_per_lx: f64,
+        cut: &'a mut Cut,
+    ) -> Choices<'a> {
         let selection = if self.is_unlit(spot) {
             Selection::Unlit
         } else if self.emitters.list().len() == 1 {
@@ -45,6 +59,10 @@ impl World {
             Selection::OfCell(cell)
         } else {
             self.emitters.open(point_m, normal, cut);
+            let near = self.near_luminaires.as_ref().filter(|_| packets_per_lx > 0.0);
+            if let Some(mask) = near.and_then(NearLuminaires::beacons) {
+                cut.lessen(mask, packets_per_lx);
+            }
             self.selection_by_region
                 .selection_at(spot)
                 .map_or(Selection::Unshadowed(cut), |selection| Selection::InSight(selection, cut))

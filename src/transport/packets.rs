@@ -415,6 +415,17 @@ impl LandedAgain<'_> {
 }
 
 impl SampledPlace {
+    /// Density of packets drawn by flux here, over that of walks from `from`, for an illuminance of 1 lx.
+    #[inline]
+    pub(super) fn packets_per_lx(&self, world: &World, near: &NearEmitters, from: &ConnectedFrom) -> f64 {
+        let met_per_m2 = seen_per_m2((self.lit.0, self.seen), from.place);
+        if met_per_m2 <= 0.0 {
+            return 0.0;
+        }
+        let others_m2_per_lm = near.drawn_by_flux_per_lm() / met_per_m2 + self.leaving * from.density_per_lx();
+        world.roulette.connection_chance * others_m2_per_lm
+    }
+
     /// Weight of a light sample of a near emitter, beside the connections to packets. A walk met the place from `from`, where it made a
     /// connection: docs/methods.md (42) and (55).
     #[inline]

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::estimators::cache::{Cache, CacheAnswer, Met, WalkEvent};
-use crate::estimators::direct::{SampleCost, Sight, one_light_sample};
+use crate::estimators::direct::{SampleCost, Sight, one_light_sample, one_light_sample_beside_packets};
 use crate::estimators::highlights::{sample_highlights, share_of_walk};
 use crate::estimators::images::{ImageResponse, Trail, sample_areas_beside_rays, sample_points_in_mirrors};
 use crate::estimators::receiver::Receiver;
@@ -113,7 +113,7 @@ impl Vertex<'_> {
             CacheAnswer::Stop => (Some(0.0), rays),
             CacheAnswer::End(known_lx) => {
                 // The cached illuminance includes the images in mirrors.
-                let sight = one_light_sample(self.world, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
+                let sight = self.light_sample(cut, stream);
                 let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
                 (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
             }
@@ -166,16 +166,29 @@ impl Vertex<'_> {
         Receiver { point_m: self.world.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
+    /// One light sample. Near luminaires are chosen by what the light-path connection leaves to it.
+    #[inline]
+    fn light_sample(&self, cut: &mut Cut, stream: &mut Stream) -> Option<Sight<'_>> {
+        let beside = self.world.near_luminaires.as_ref().zip(self.connected_from);
+        let packets_per_lx =
+            beside.map_or(0.0, |(lights, from)| lights.packets_per_lx(self.world, &self.sampled_place(), &from));
+        let cost = (SampleCost::Cheap, packets_per_lx);
+        one_light_sample_beside_packets(self.world, self.spot, &self.receiver(), cost, cut, stream)
+    }
+
+    fn sampled_place(&self) -> SampledPlace {
+        let [reflected, passed] = self.world.bsdf(self.hit.triangle).diffuse_shares();
+        let leaving = if self.seen == self.normal { reflected } else { passed };
+        let lit = (self.world.tracer.position_m(self.origin), self.normal);
+        SampledPlace { lit, seen: self.seen, leaving }
+    }
+
     /// Direct light of a light sample in lx, without the share that the light-path connection has found.
     #[inline]
     fn direct_lx(&self, sight: &Sight) -> f64 {
         let share = match (&self.world.near_luminaires, self.connected_from) {
             (Some(lights), Some(from)) => {
-                let [reflected, passed] = self.world.bsdf(self.hit.triangle).diffuse_shares();
-                let leaving = if self.seen == self.normal { reflected } else { passed };
-                let lit = (self.world.tracer.position_m(self.origin), self.normal);
-                let place = SampledPlace { lit, seen: self.seen, leaving };
-                lights.share_of_light_sample(self.world, sight.index, &place, &from)
+                lights.share_of_light_sample(self.world, sight.index, &self.sampled_place(), &from)
             }
             _ => 1.0,
         };
@@ -195,7 +208,7 @@ impl Vertex<'_> {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
-            true => one_light_sample(self.world, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
+            true => self.light_sample(cut, stream),
             false => None,
         };
         let sampled = sight.map_or(Traced::default(), |sight| {

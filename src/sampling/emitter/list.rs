@@ -7,7 +7,7 @@ use super::web::SharedWebs;
 use super::{Emitted, Emitter, EmitterShape, Place, lights_of, of_light};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
-use crate::sampling::emitter_tree::{Cut, EmitterTree};
+use crate::sampling::emitter_tree::{BeaconMask, Cut, EmitterTree};
 use crate::sampling::importance::Beacon;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
@@ -102,6 +102,11 @@ impl Emitters {
         if let Some(tree) = &self.tree {
             tree.open(point_m, normal, cut);
         }
+    }
+
+    /// Returns the mask of the emitters that `is_in` accepts; `None` if emitters are too many to be weighed one by one.
+    pub fn mask(&self, is_in: impl Fn(u32) -> bool) -> Option<BeaconMask> {
+        self.tree.as_ref()?.mask(is_in)
     }
 
     /// Chooses one emitter, approximately in proportion to its unshadowed contribution at the point and normal for which `cut` was opened.

@@ -117,7 +117,7 @@ impl Light for RingLight {
             radius_m: self.radii_m[1],
             axis: self.axis,
             intensity_cd: self.exitance_lm_m2 * self.area_m2() / PI,
-            profile: Profile::Cosine,
+            profile: Profile::Flat,
             parts: Arc::default(),
         }
     }

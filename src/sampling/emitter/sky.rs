@@ -78,7 +78,7 @@ impl Light for SkyEmitter {
         let axis = twice_area.normalize_or_zero();
         let area_m2 = 0.5 * twice_area.length();
         let intensity_cd = self.sky.illuminance_lx(-axis) / PI * area_m2;
-        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, parts: Arc::default() }
+        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Flat, parts: Arc::default() }
     }
 
     /// Returns about the illuminance in lx at a point with a unit normal where nothing stands between; 0 only where there is no light.

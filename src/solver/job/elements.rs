@@ -1,6 +1,6 @@
 //! The elements of a job's map: an empty map of them, their refinement and their values.
 
-use super::super::adapt::{Looked, Refined, Spent};
+use super::super::adapt::{Looked, Refined, Spent, at_least_none};
 use super::super::contact::{KnownContact, contact_free_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Engine, Job};
@@ -149,7 +149,7 @@ impl Job {
         let lost = sites
             .iter()
             .map(|site| self.weights[*site] * self.adapting.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
-        let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
+        let lost_lx2 = at_least_none(lost.sum()) / area_m2.max(f64::MIN_POSITIVE);
         let discretisation = if judgement.mean > 0.0 { lost_lx2.sqrt() / judgement.mean } else { 0.0 };
         Judgement { discretisation, ..judgement }.error_of_part()
     }
