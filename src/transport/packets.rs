@@ -415,30 +415,31 @@ impl LandedAgain<'_> {
 }
 
 impl SampledPlace {
-    /// Density of packets drawn by flux here, over that of walks from `from`, for an illuminance of 1 lx.
+    /// Density of packets here, over that of walks from `from`, for an illuminance of 1 lx. Packets are drawn by flux.
     #[inline]
     pub(super) fn packets_per_lx(&self, world: &World, near: &NearEmitters, from: &ConnectedFrom) -> f64 {
-        let met_per_m2 = seen_per_m2((self.lit.0, self.seen), from.place);
-        if met_per_m2 <= 0.0 {
-            return 0.0;
-        }
-        let others_m2_per_lm = near.drawn_by_flux_per_lm() / met_per_m2 + self.leaving * from.density_per_lx();
-        world.roulette.connection_chance * others_m2_per_lm
+        let others_m2_per_lm = self.others_m2_per_lm(near.drawn_by_flux_per_lm(), from);
+        world.roulette.connection_chance * others_m2_per_lm.unwrap_or(0.0)
     }
 
     /// Weight of a light sample of a near emitter, beside the connections to packets. A walk met the place from `from`, where it made a
     /// connection: docs/methods.md (42) and (55).
     #[inline]
     pub(super) fn share(&self, world: &World, near: &NearEmitters, emitter: u32, from: &ConnectedFrom) -> f64 {
-        let met_per_m2 = seen_per_m2((self.lit.0, self.seen), from.place);
-        if met_per_m2 <= 0.0 {
-            // The walk met the point by rounding alone: a connection does not see it.
+        let Some(others_m2_per_lm) = self.others_m2_per_lm(near.drawn_per_lm(emitter, from.drawn_for_m), from) else {
             return 1.0;
-        }
+        };
         let lx = world.emitters.list()[emitter as usize].unshadowed_lx(self.lit.0, self.lit.1);
-        let drawn_m2_per_lm = near.drawn_per_lm(emitter, from.drawn_for_m) / met_per_m2;
-        let others_m2_per_lm = drawn_m2_per_lm + self.leaving * from.density_per_lx();
         1.0 / (1.0 + world.roulette.connection_chance * lx * others_m2_per_lm)
+    }
+
+    /// Density of packets, first and later landings, over that of walks from `from`, for 1 lx and if each vertex makes a connection. The
+    /// probability that a packet is the emitter's is given over its flux in lm. `None` if the walk met the place by rounding alone: a
+    /// connection does not see it.
+    #[inline]
+    fn others_m2_per_lm(&self, drawn_per_lm: f64, from: &ConnectedFrom) -> Option<f64> {
+        let met_per_m2 = seen_per_m2((self.lit.0, self.seen), from.place);
+        (met_per_m2 > 0.0).then(|| drawn_per_lm / met_per_m2 + self.leaving * from.density_per_lx())
     }
 }
 
