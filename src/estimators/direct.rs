@@ -357,7 +357,7 @@ pub fn one_light_sample<'a>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
-    one_light_sample_beside_packets(world, spot, receiver, (cost, 0.0), cut, stream)
+    one_light_sample_beside_packets(world, spot, receiver, (cost, || 0.0), cut, stream)
 }
 
 /// The same where light of near luminaires is also found by packets: see [`World::choices_beside_packets`].
@@ -366,7 +366,7 @@ pub fn one_light_sample_beside_packets<'a>(
     world: &'a World,
     spot: TriangleSide,
     receiver: &Receiver,
-    (cost, packets_per_lx): (SampleCost, f64),
+    (cost, packets_per_lx): (SampleCost, impl FnOnce() -> f64),
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {

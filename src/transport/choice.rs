@@ -37,18 +37,18 @@ impl World {
     /// Prepares the choice at a point with a unit normal on a side of a triangle. `cut` is scratch memory for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
-        self.choices_beside_packets(spot, [point_m, normal], 0.0, cut)
+        self.choices_beside_packets(spot, [point_m, normal], || 0.0, cut)
     }
 
     /// The same where light of near luminaires is also found by packets, whose density over that of walks is `packets_per_lx` times the
-    /// illuminance: a light sample of illuminance E then counts E/(1 + E `packets_per_lx`), and near luminaires are chosen in proportion to
+    /// illuminance (computed only where it matters): a light sample of illuminance E then counts E/(1 + E `packets_per_lx`), and near luminaires are chosen in proportion to
     /// that (docs/methods.md (59)).
     #[inline]
     pub fn choices_beside_packets<'a>(
         &'a self,
         spot: TriangleSide,
         [point_m, normal]: [DVec3; 2],
-        packets_per_lx: f64,
+        packets_per_lx: impl FnOnce() -> f64,
         cut: &'a mut Cut,
     ) -> Choices<'a> {
         let selection = if self.is_unlit(spot) {
@@ -59,9 +59,11 @@ impl World {
             Selection::OfCell(cell)
         } else {
             self.emitters.open(point_m, normal, cut);
-            let near = self.near_luminaires.as_ref().filter(|_| packets_per_lx > 0.0);
-            if let Some(mask) = near.and_then(NearLuminaires::beacons) {
-                cut.lessen(mask, packets_per_lx);
+            if let Some(mask) = self.near_luminaires.as_ref().and_then(NearLuminaires::beacons) {
+                let per_lx = packets_per_lx();
+                if per_lx > 0.0 {
+                    cut.lessen(mask, per_lx);
+                }
             }
             self.selection_by_region
                 .selection_at(spot)

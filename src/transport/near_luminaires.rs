@@ -382,7 +382,7 @@ mod tests {
 
     /// The spot of a lamp 10 cm from a wall, met by a walk from 4 m away, under a second lamp. What packets have found of the near lamp counts
     /// little in a light sample there, so the second lamp is chosen often, and the second moment of samples is less than an eighth of that of
-    /// choices by illuminance alone. The mean is the same.
+    /// choices by illuminance alone. The mean of 100,000 choices at equal steps is what both lamps bring, to a thousandth.
     #[test]
     fn what_packets_find_is_chosen_less_often() {
         let world = world("", &[lamp("near", "[0.1,2,1.5]", 1000.0), lamp("far", "[3,3,2.5]", 1000.0)].join(","));
@@ -398,20 +398,26 @@ mod tests {
         };
         let wall = world.tracer.first_hit(&world.tracer.side_origin(seen_from.0, seen_from.1), DVec3::NEG_X);
         let Meeting::Surface(hit) = wall else { panic!("a wall") };
-        let moments = |packets_per_lx: f64| {
-            let mut cut = Cut::default();
-            let choices =
-                world.choices_beside_packets((hit.triangle, hit.side), [lit.0, lit.1], packets_per_lx, &mut cut);
-            let of_one = |emitter: u32| {
-                let share = lights.share_of_light_sample(&world, emitter, &place, &from);
-                let lx = share * world.emitters.list()[emitter as usize].unshadowed_lx(lit.0, lit.1);
-                let probability = choices.probability(emitter);
-                [probability, lx, lx * lx / probability]
+        let lamps_lx: [f64; 2] = [0, 1].map(|emitter: u32| {
+            let share = lights.share_of_light_sample(&world, emitter, &place, &from);
+            share * world.emitters.list()[emitter as usize].unshadowed_lx(lit.0, lit.1)
+        });
+        const N: u32 = 100_000;
+        let second_moment = |packets_per_lx: f64| {
+            let (spot, at, mut cut) = ((hit.triangle, hit.side), [lit.0, lit.1], Cut::default());
+            let choices = world.choices_beside_packets(spot, at, || packets_per_lx, &mut cut);
+            let probabilities = [0, 1].map(|emitter| choices.probability(emitter));
+            let all: f64 = probabilities.iter().sum();
+            assert!((all - 1.0).abs() < 1e-6, "{probabilities:?}");
+            let sample_lx = |number: u32| {
+                let variate = (f64::from(number) + 0.5) / f64::from(N);
+                choices.choose(variate).map_or(0.0, |(emitter, probability)| lamps_lx[emitter as usize] / probability)
             };
-            [0, 1].map(of_one).into_iter().fold([0.0; 3], |sum, one| [0, 1, 2].map(|k| sum[k] + one[k]))
+            let mean_lx = (0..N).map(sample_lx).sum::<f64>() / f64::from(N);
+            assert!((mean_lx / lamps_lx.iter().sum::<f64>() - 1.0).abs() < 1e-3, "{mean_lx} {lamps_lx:?}");
+            lamps_lx.iter().zip(probabilities).map(|(lx, probability)| lx * lx / probability).sum::<f64>()
         };
-        let [beside, alone] = [lights.packets_per_lx(&world, &place, &from), 0.0].map(moments);
-        assert!([beside, alone].iter().all(|[all, _, _]| (all - 1.0).abs() < 1e-6), "{beside:?} {alone:?}");
-        assert!(beside[1] == alone[1] && beside[2] < 0.125 * alone[2], "{beside:?} {alone:?}");
+        let [beside, alone] = [lights.packets_per_lx(&world, &place, &from), 0.0].map(second_moment);
+        assert!(beside < 0.125 * alone, "{beside:?} {alone:?}");
     }
 }

@@ -169,9 +169,10 @@ impl Vertex<'_> {
     /// One light sample. Near luminaires are chosen by what the light-path connection leaves to it.
     #[inline]
     fn light_sample(&self, cut: &mut Cut, stream: &mut Stream) -> Option<Sight<'_>> {
-        let beside = self.world.near_luminaires.as_ref().zip(self.connected_from);
-        let packets_per_lx =
-            beside.map_or(0.0, |(lights, from)| lights.packets_per_lx(self.world, &self.sampled_place(), &from));
+        let packets_per_lx = || {
+            let beside = self.world.near_luminaires.as_ref().zip(self.connected_from);
+            beside.map_or(0.0, |(lights, from)| lights.packets_per_lx(self.world, &self.sampled_place(), &from))
+        };
         let cost = (SampleCost::Cheap, packets_per_lx);
         one_light_sample_beside_packets(self.world, self.spot, &self.receiver(), cost, cut, stream)
     }
