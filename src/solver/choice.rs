@@ -224,7 +224,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
             job.next_judgement = job.first_samples();
         }
     } else if job.connects() {
-        let needed = needed_work(target, &job.judgement, job.error_exponent(context));
+        let needed = needed_work(target, &job.judgement, job.error_exponent());
         let more = WORK_OF_A_CONNECTION * (needed - 1.0).max(0.0) * job.work.rays as f64;
         if more > LEAVING * walks {
             job.stop_connecting();

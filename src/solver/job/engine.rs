@@ -18,9 +18,6 @@ use crate::solver::spending::Activity;
 /// cells grow with the rays).
 const EXPONENT_OF_WALKS: f64 = 0.55;
 const EXPONENT_OF_GATHERING: f64 = 0.44;
-/// Passes from which walks gain no more by quasi-random points where luminaires are near surfaces: the light of these is found by packets
-/// and by walks that meet it by chance, and this remains.
-const PASSES_TO_CHANCE: u64 = 64;
 
 /// Chains per replica at which local estimation is judged for the first time.
 const FIRST_LOCAL_CHAINS: u64 = 64;
@@ -129,12 +126,9 @@ impl Job {
     }
 
     /// The power of the work with which its error falls: docs/methods.md, "The forecast".
-    pub fn error_exponent(&self, context: &Context) -> f64 {
+    pub fn error_exponent(&self) -> f64 {
         match self.engine {
             Engine::Collision => EXPONENT_OF_INDEPENDENT_SAMPLES,
-            Engine::Walk if context.world.near_luminaires.is_some() && self.samples >= PASSES_TO_CHANCE => {
-                EXPONENT_OF_INDEPENDENT_SAMPLES
-            }
             Engine::Walk | Engine::Local(_) => EXPONENT_OF_WALKS,
             Engine::Gather => EXPONENT_OF_GATHERING,
         }

@@ -291,7 +291,7 @@ impl Job {
         };
         let done = self.kept_rays() as f64;
         let rays_per_sample = done / self.samples.max(1) as f64;
-        let exponent = self.error_exponent(context);
+        let exponent = self.error_exponent();
         let needed = needed_work(target, judgement, exponent);
         if !needed.is_finite() {
             let chance = SHARE_OF_CHANCE * target * target;

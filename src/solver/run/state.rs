@@ -325,8 +325,8 @@ impl Run<'_> {
         let job = &mut self.jobs[index];
         job.settle_gathering(self.sets.as_mut());
         job.judge(context);
-        let needed = target_error
-            .map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent(context)));
+        let needed =
+            target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
         let accepted = target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.met = accepted && job.run_checks(target_error);
         let without_mean = job.judgement.mean <= 0.0 && !job.judgement.dark;
