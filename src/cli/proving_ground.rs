@@ -47,6 +47,9 @@ pub struct ProvingGroundArguments {
     /// Rooms of each kind: even ones for tuning, odd ones for judging [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     rooms: Option<u64>,
+    /// Seed of the first room of each kind, for rooms that no number was chosen on [default: 0]
+    #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..=1_000_000))]
+    first_room: Option<u64>,
     /// Targets of the runs, separated by commas [default: 3%,1%,0.3%]
     #[arg(long, value_name = "ERRORS", value_delimiter = ',', value_parser = values::target_error)]
     targets: Vec<f64>,
@@ -91,6 +94,7 @@ impl ProvingGroundArguments {
         let given = [
             (!self.kinds.is_empty(), "--kinds"),
             (self.rooms.is_some(), "--rooms"),
+            (self.first_room.is_some(), "--first-room"),
             (!self.targets.is_empty(), "--targets"),
             (self.reference_error.is_some(), "--reference-error"),
             (self.reference_time.is_some(), "--reference-time"),
@@ -128,9 +132,11 @@ impl ProvingGroundArguments {
                 remedy: "correct the path, or leave --rival out".to_owned(),
             });
         }
+        let first = self.first_room.unwrap_or(0);
+        let rooms = self.rooms.unwrap_or(if self.quick { QUICK_ROOMS } else { ROOMS });
         Ok(ProofSettings {
             kinds,
-            rooms: self.rooms.unwrap_or(if self.quick { QUICK_ROOMS } else { ROOMS }),
+            rooms: first..first + rooms,
             seeds: common.seeds.unwrap_or(if self.quick { QUICK_SEEDS } else { SEEDS }),
             targets,
             reference,

@@ -87,6 +87,7 @@ fn options_of_the_proving_ground_belong_to_it() {
     let out = text(folder.path());
     for (wrong, says) in [
         (&["cube", "--rooms", "2"][..], "--rooms"),
+        (&["cube", "--first-room", "20"], "--first-room"),
         (&["proving-ground", "cube"], "its own rooms"),
         (&["proving-ground", "--collision-only"], "its own rooms"),
         (&["proving-ground", "--kinds", "white,blue"], "blue"),
@@ -105,7 +106,7 @@ fn a_small_campaign_runs_and_keeps_its_reference() {
     let folder = tempfile::tempdir().unwrap();
     let settings = ProofSettings {
         kinds: vec![kind_of("dark").unwrap()],
-        rooms: 1,
+        rooms: 1..2,
         seeds: 2,
         targets: vec![0.2, 0.1],
         reference: ReferenceSettings { target_error: 0.05, limit_s: 10.0 },
@@ -121,7 +122,8 @@ fn a_small_campaign_runs_and_keeps_its_reference() {
     assert_eq!(made(&told.lock().unwrap()), 1);
 
     let room = &proof.rooms[0];
-    assert_eq!((room.kind, room.runs.len(), room.walks.len()), ("dark", 4, 2));
+    assert_eq!(proof.rooms.len(), 1);
+    assert_eq!((room.kind, room.seed, room.runs.len(), room.walks.len()), ("dark", 1, 4, 2));
     let maps = || room.runs.iter().flat_map(|run| &run.maps);
     assert!(maps().all(|map| map.said_met && map.judgement.bars > 20), "{:?}", room.runs);
     // Limits: twice the coarser target, and the reference's own error. No sound run exceeds them.

@@ -1,5 +1,6 @@
 //! Runs `auto` in every room, to every target and with many seeds.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,8 +22,8 @@ use crate::validation::forecasts::{JudgedForecast, judged_forecasts};
 pub struct ProofSettings {
     /// Kinds of rooms.
     pub kinds: Vec<&'static Kind>,
-    /// Number of rooms of each kind, with seeds from 0.
-    pub rooms: u64,
+    /// Seeds of the rooms of each kind.
+    pub rooms: Range<u64>,
     /// Number of runs of each room and target, with seeds from 0.
     pub seeds: u64,
     /// Targets, as fractions.
@@ -118,7 +119,7 @@ impl RoomProof {
 /// A room that cannot be read, or a reference that cannot be stored.
 pub fn prove(settings: &ProofSettings, tell: &(dyn Fn(&str) + Sync)) -> Result<Proof, CaseError> {
     let wanted: Vec<(&'static Kind, u64)> =
-        settings.kinds.iter().flat_map(|kind| (0..settings.rooms).map(|seed| (*kind, seed))).collect();
+        settings.kinds.iter().flat_map(|kind| settings.rooms.clone().map(|seed| (*kind, seed))).collect();
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Result<RoomProof, CaseError>)>> = Mutex::new(Vec::new());
     let work = || {
