@@ -41,8 +41,8 @@ impl World {
     }
 
     /// The same where light of near luminaires is also found by packets, whose density over that of walks is `packets_per_lx` times the
-    /// illuminance (computed only where it matters): a light sample of illuminance E then counts E/(1 + E `packets_per_lx`), and near luminaires are chosen in proportion to
-    /// that (docs/methods.md (59)).
+    /// illuminance (computed only where it matters): a light sample of illuminance E then counts E/(1 + E `packets_per_lx`), and near
+    /// luminaires are chosen in proportion to that (docs/methods.md (59)).
     #[inline]
     pub fn choices_beside_packets<'a>(
         &'a self,
