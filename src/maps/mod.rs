@@ -26,7 +26,7 @@ pub use judge::{Judgement, judge};
 pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residual_state::{RemainingError, ResidualState};
-pub use residuals::{CellsError, Measured, MeasuredPart, Residuals, half_squares};
+pub use residuals::{CellsError, Measured, MeasuredPart, Residuals, half_squares, within_halves};
 pub use result::*;
 pub use scores::{EntryScores, GroupScores, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_row, worst_case_error};

@@ -340,7 +340,7 @@ pub fn half_squares(value: impl Fn(usize) -> f64) -> [f64; 2] {
 
 /// Returns the squared standard error of the mean over all replicas, from their spread within the halves. The replicas of a half share
 /// cells.
-pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
+pub fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
     let [even, odd] = half_squares(value);
     (even + odd) / (4 * HALF * (HALF - 1)) as f64
 }

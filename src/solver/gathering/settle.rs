@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::records::Flight;
 use super::{CellSets, GatheringProgress};
 use crate::estimators::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
-use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
+use crate::maps::{IndirectDetail, ReplicaMap, Residuals, Tally, within_halves};
 use crate::solver::coarse::Shape;
 use crate::solver::guide::Guide;
 
@@ -29,7 +29,7 @@ impl GatheringProgress {
         let found: Vec<ReplicaFindings> = slabs
             .map(|(replica, rows)| self.sum_up(replica, &gathered[replica], (references, weights), rows))
             .collect();
-        self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
+        self.ray_squared_lx2 = ray_squared_lx2(&map.indirect, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
             shape.detail = IndirectDetail {
                 rays_of_parts: rays_of_parts(&found),
@@ -74,25 +74,20 @@ impl GatheringProgress {
         (references_lx, areas_m2): (Option<&[Linear]>, &[f64]),
         rows: &mut [f64],
     ) -> ReplicaFindings {
-        let (sites, passes, records) = (self.order.sites(), self.passes(), &self.records[replica]);
+        let (sites, records) = (self.order.sites(), &self.records[replica]);
         rows.fill(0.0);
-        let mut found = ReplicaFindings { by_half_lx: vec![[0.0; 2]; rows.len()], ..ReplicaFindings::default() };
+        let mut found = ReplicaFindings::default();
         if references_lx.is_some() {
             found.make_room(sites);
         }
         let rays = self.order.entries(0..gathered.len() as u64).zip(gathered);
-        for (ray, ((pass, entry), lx)) in rays.enumerate() {
+        for (ray, ((_, entry), lx)) in rays.enumerate() {
             if !self.sees[entry] {
                 continue;
             }
             let lx = f64::from(*lx);
-            let half = usize::from(pass >= passes / 2);
-            let mut add = |entry: usize, lx: f64| {
-                found.by_half_lx[entry][half] += lx;
-                rows[entry] += lx;
-            };
             let Some(reference_lx) = references_lx.map(|references| &references[entry]) else {
-                add(entry, lx);
+                rows[entry] += lx;
                 continue;
             };
             // The part of the light in a reference has no random error.
@@ -100,7 +95,7 @@ impl GatheringProgress {
             let at = at.map(f64::from);
             let (beyond_lx, bends) = (lx - reference_lx.at(at), bends_at(at));
             for (number, (known_lx, factor)) in reference_lx.0.iter().zip([1.0, bends[0], bends[1]]).enumerate() {
-                add(number * sites + entry, known_lx + beyond_lx * factor);
+                rows[number * sites + entry] += known_lx + beyond_lx * factor;
             }
             found.bends_lx[entry].iter_mut().zip(bends).for_each(|(sum, bend)| *sum += beyond_lx * bend);
             let nearness = (areas_m2[entry].sqrt() / f64::from(length_m).max(f64::MIN_POSITIVE)).min(1.0);
@@ -175,8 +170,6 @@ fn count(guide: &mut Guide, entries: impl Iterator<Item = (u64, usize)>, bins: &
 /// Findings of the rays of one replica, in addition to its rows.
 #[derive(Default)]
 struct ReplicaFindings {
-    /// For every entry, light of the first half of the passes and of the second half, in lx.
-    by_half_lx: Vec<[f64; 2]>,
     /// For every element, sums of the difference to its reference times the polynomials, and in each part of the element, in lx.
     bends_lx: Vec<[f64; BENDS]>,
     parts_lx: Vec<[f64; PARTS]>,
@@ -214,20 +207,11 @@ fn near_lx(found: &[ReplicaFindings], sites: usize, passes: u64) -> Vec<[f64; 2]
     (0..sites).map(of_element).collect()
 }
 
-/// Squared error in lx² of the mean over all replicas, from the random error of rays alone: halves of a replica's passes look up the same
-/// cells. Entries beyond the elements are slopes; their squares add to those of the means.
-fn ray_squared_lx2(found: &[ReplicaFindings], weights: &[f64], sites: usize, passes: u64) -> f64 {
-    let [first, second] = [passes / 2, passes - passes / 2].map(|count| count as f64);
-    if first == 0.0 {
-        return 0.0;
-    }
-    let mut sum = 0.0;
-    for found in found {
-        for ([one, other], weight) in found.by_half_lx.iter().zip(weights) {
-            sum += weight * (one / first - other / second).powi(2);
-        }
-    }
-    let weight_sum = weights[..sites].iter().sum::<f64>() * found.len() as f64;
-    // For independent halves, the squared error of the mean is a fourth of the squared difference.
-    0.25 * sum / f64::max(weight_sum, f64::MIN_POSITIVE) / REPLICAS as f64
+/// Squared error in lx² of the mean over all replicas, from the random error of rays alone: the replicas of a half look up the same cells.
+/// `rows` are the sums of each replica. Entries beyond the elements are slopes; their squares add to those of the means.
+fn ray_squared_lx2(rows: &[Vec<f64>], weights: &[f64], sites: usize, passes: u64) -> f64 {
+    let passes = passes.max(1) as f64;
+    let of_entry = |(entry, weight): (usize, &f64)| weight * within_halves(|replica| rows[replica][entry] / passes);
+    let weight_sum: f64 = weights[..sites].iter().sum();
+    weights.iter().enumerate().map(of_entry).sum::<f64>() / weight_sum.max(f64::MIN_POSITIVE)
 }
