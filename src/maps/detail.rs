@@ -143,8 +143,8 @@ pub struct IndirectDetail {
     pub bends_lx: Vec<Vec<[f64; BENDS]>>,
     /// Sums of (samples − reference) in each part of the elements, in lx. Empty where there are too many elements.
     pub parts_lx: Vec<Vec<[f64; PARTS]>>,
-    /// Rays of the even and of the odd replicas that started in each part of the elements. Empty where `parts_lx` is.
-    pub rays_of_parts: Vec<[[u32; PARTS]; 2]>,
+    /// Rays of the even and of the odd replicas that started in each part of the elements, as passes. Empty where `parts_lx` is.
+    pub passes_of_parts: Vec<[[f64; PARTS]; 2]>,
     /// For each element, its light times the first and the second power of its nearness, in lx (docs/methods.md (58)). About in proportion
     /// to the slopes and the bends of the light.
     pub near_lx: Vec<[f64; 2]>,
@@ -157,7 +157,7 @@ impl IndirectDetail {
         IndirectDetail {
             bends_lx: vec![vec![[0.0; BENDS]; sites]; REPLICAS],
             parts_lx: vec![vec![[0.0; PARTS]; with_parts]; REPLICAS],
-            rays_of_parts: vec![[[0; PARTS]; 2]; with_parts],
+            passes_of_parts: vec![[[0.0; PARTS]; 2]; with_parts],
             near_lx: vec![[0.0; 2]; sites],
         }
     }
@@ -223,23 +223,23 @@ impl IndirectDetail {
     /// A part's mean over a half is its sum over its own rays, so that it does not matter how many there were.
     fn variation_between_parts(&self, site: usize) -> Variation {
         let mut found = Variation::default();
-        let Some([even, odd]) = self.rays_of_parts.get(site) else {
+        let Some([even, odd]) = self.passes_of_parts.get(site) else {
             return found;
         };
-        let is_seen = |part: &usize| even[*part] > 0 && odd[*part] > 0;
+        let is_seen = |part: &usize| even[*part] > 0.0 && odd[*part] > 0.0;
         let seen_parts: Vec<usize> = (0..PARTS).filter(is_seen).collect();
-        let rays = |part: usize| f64::from(even[part] + odd[part]);
-        let all: f64 = seen_parts.iter().map(|part| rays(*part)).sum();
+        let passes = |part: usize| even[part] + odd[part];
+        let all: f64 = seen_parts.iter().map(|part| passes(*part)).sum();
         let mean_lx = |replica: usize, part: usize| {
             let of_half = if replica.is_multiple_of(2) { even[part] } else { odd[part] };
-            self.parts_lx[replica][site][part] * HALF as f64 / f64::from(of_half)
+            self.parts_lx[replica][site][part] * HALF as f64 / of_half
         };
         let of_element_lx: [f64; REPLICAS] = std::array::from_fn(|replica| {
-            seen_parts.iter().map(|part| rays(*part) / all * mean_lx(replica, *part)).sum()
+            seen_parts.iter().map(|part| passes(*part) / all * mean_lx(replica, *part)).sum()
         });
         for part in seen_parts.iter().copied() {
             let seen = Halves::of(|replica| mean_lx(replica, part) - of_element_lx[replica]);
-            let weight = rays(part) / all;
+            let weight = passes(part) / all;
             found.slope_lx2 += weight * seen.product();
             found.slope_noise += weight * weight * seen.variance_of_product();
         }
@@ -386,7 +386,7 @@ mod tests {
                     let at = at.expect("most points are free");
                     let value_lx = lx(at) + if stream.unit() < 0.5 { 1.0 } else { -1.0 };
                     detail.parts_lx[replica][0][part_of(at)] += value_lx;
-                    detail.rays_of_parts[0][replica % 2][part_of(at)] += 1;
+                    detail.passes_of_parts[0][replica % 2][part_of(at)] += 1.0;
                 }
             }
             let one = detail.variation(0, 1.0 / SAMPLES as f64, [0.0; SLOPES], false);

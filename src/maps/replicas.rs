@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::children::{ChildElement, on_children};
 use super::rare_scores::{RareScores, Spread};
-use super::residuals::within_halves;
+use super::residuals::{half_squares, within_halves};
 use super::{CellsError, HALF, Levels, MapValues, PACKETS_OF_A_BOUND, PartScores, REPLICAS, Residuals, ScoreEvidence};
 use crate::estimators::basis::{Linear, SLOPES};
 
@@ -123,6 +123,20 @@ impl ReplicaMap {
         self.levels[1].fix(entries, count, |entry| {
             (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
         });
+    }
+
+    /// Clears direct light: it begins anew.
+    pub fn forget_direct(&mut self) {
+        self.direct.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.direct_samples = Tally::default();
+        self.scores[0] = PartScores::default();
+        self.levels[0] = Levels::default();
+    }
+
+    /// Returns the variance of a replica's direct light of one entry, from the even and from the odd half.
+    pub fn direct_variances_of(&self, entry: usize) -> [f64; 2] {
+        let inverse = self.direct_samples.inverse(self.site_of(entry));
+        half_squares(|replica| inverse * self.direct[replica][entry]).map(|squares| squares / (HALF - 1) as f64)
     }
 
     /// Clears the single scores of indirect light and their levels: they begin anew.

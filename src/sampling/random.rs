@@ -37,6 +37,9 @@ pub enum Purpose {
     DaylightWalks,
     /// Points from which the suns of a year are searched, and points of the suns' disks.
     SunPlaces,
+    /// Gathering rays, and direct light, after they were shared out among the entries.
+    AllottedRays,
+    AllottedDirect,
 }
 
 /// Returns the seed of the streams of one share of a run. It differs for every share and does not depend on the number of shares.

@@ -42,8 +42,8 @@ const SIDES_A_SECOND: f64 = 12_500.0;
 /// Peak memory in bytes of an element side that adapts and gathers: sums of 16 replicas with slopes, the same on the coarse elements, and
 /// the variation of light within both (`docs/performance.md`). They may take half of the memory.
 pub const BYTES_OF_A_SIDE: u64 = 6700;
-/// Share of the squared target for which samples of direct light are shared out among the elements.
-const SHARE_OF_DIRECT: f64 = 0.25;
+/// Share of the squared target for which samples of direct light, and gathering rays, are shared out among the elements.
+pub const SHARE_OF_ONE_KIND: f64 = 0.25;
 
 /// What a job stores for elements that adapt, in addition to its sums.
 #[derive(Serialize, Deserialize)]
@@ -113,6 +113,8 @@ pub struct Looked<'a> {
     /// The elements on which indirect light is gathered, if they are coarser.
     pub coarse: Option<&'a CoarseElements>,
     pub loss: &'a Loss,
+    /// Variance in lx² of a gathering ray from each coarse element, for each number that it shows.
+    pub ray_scatters_lx2: &'a [f64],
     pub mean_lx: f64,
     pub spent: Spent,
 }
@@ -219,7 +221,7 @@ impl Adaptive {
     /// fewer rays, or if nothing finer is allowed.
     /// `rays_to` returns how many more rays reduce the random error to an error in lx.
     pub fn refined(&self, context: &Context, looked: &Looked, rays_to: impl Fn(f64) -> f64) -> Option<Refined> {
-        let Looked { elements, map, coarse, loss, mean_lx, spent } = *looked;
+        let Looked { elements, map, coarse, loss, mean_lx, spent, .. } = *looked;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
         let rounds = self.rounds.max(coarse.map_or(0, |coarse| coarse.shape.rounds));
         if rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
@@ -255,11 +257,29 @@ impl Adaptive {
         let refined = Refined {
             coarse: coarse.zip(finer_coarse).map(|(coarse, finer_coarse)| {
                 let contact_free = adaptive.as_ref().map_or(&self.contact_free, |adaptive| &adaptive.contact_free);
-                coarse.cut(context, finer_coarse, &finer, contact_free)
+                let mut cut = coarse.cut(context, finer_coarse, &finer, contact_free);
+                cut.shape.rays = self.rays_on_finer(context, coarse, &cut, looked);
+                cut
             }),
             elements: adaptive.map(|adaptive| (finer, adaptive)),
         };
         (refined.elements.is_some() || refined.coarse.is_some()).then_some(refined)
+    }
+
+    /// Gathering rays of finer coarse elements in a pass, from the scatter of rays from the present ones.
+    fn rays_on_finer(
+        &self,
+        context: &Context,
+        coarse: &CoarseElements,
+        cut: &CoarseElements,
+        at: &Looked,
+    ) -> Allotment {
+        let parent = |index: u32| parent_of(&coarse.elements, &cut.elements, index) as usize;
+        let scatters_lx2: Vec<f64> = (0..cut.elements.len() as u32)
+            .map(|index| at.ray_scatters_lx2.get(parent(index)).copied().unwrap_or(0.0))
+            .collect();
+        let error_lx = self.target_error * at.mean_lx;
+        samples_to_error(context, &cut.elements, (&cut.sloped, &cut.contact_free), &scatters_lx2, error_lx)
     }
 
     /// What is stored for finer elements, from what the present ones have shown.
@@ -343,7 +363,7 @@ impl Adaptive {
     }
 }
 
-/// Samples of direct light of each element in a pass on the way to an error in lx. `scatters_lx2` are the variances of single samples.
+/// Samples, or rays, of each element in a pass on the way to an error in lx. `scatters_lx2` are the variances of single ones.
 /// The mean and both slopes scatter alike.
 fn samples_to_error(
     context: &Context,
@@ -358,7 +378,7 @@ fn samples_to_error(
     let variances: Vec<f64> = scatters_lx2.iter().enumerate().map(|(site, lx2)| shown_m2(site) * lx2).collect();
     let area_m2 = weights_m2[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let of_one = variances.iter().sum::<f64>() / area_m2 / REPLICAS as f64;
-    Allotment::to_target(&variances, of_one / (SHARE_OF_DIRECT * error_lx * error_lx).max(f64::MIN_POSITIVE))
+    Allotment::to_target(&variances, of_one / (SHARE_OF_ONE_KIND * error_lx * error_lx).max(f64::MIN_POSITIVE))
 }
 
 fn noise_of(variation: &Variation, sloped: bool) -> f64 {

@@ -1,7 +1,9 @@
-//! How many walks each point takes in a pass: more where walks scatter more. Light samples of elements are shared out in the same way.
+//! How many walks each point takes in a pass: more where walks scatter more. Light samples of elements and gathering rays are shared out in
+//! the same way.
 //! A fixed number of walks has the least variance if each point takes walks in proportion to the standard deviation of one walk. (Neyman
 //! 1934, "On the two different aspects of the representative method".) Past walks decide on future walks and stay in the map, with one
-//! weight for all points. That weight is computed from all walks together, so it hardly depends on the chance of any point.
+//! weight for all points. That weight is computed from all walks together, so it hardly depends on the chance of any point. (Gathering rays
+//! that decided are dropped from the map.)
 
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +75,11 @@ impl Allotment {
         self.walks.get(point).map_or(1, |walks| u64::from(*walks))
     }
 
+    /// Whether all points take one.
+    pub fn is_even(&self) -> bool {
+        self.walks.is_empty()
+    }
+
     /// Walks that `points` points take in a pass.
     pub fn of_all(&self, points: usize) -> u64 {
         (0..points).map(|point| self.of(point)).sum()
@@ -98,6 +105,13 @@ impl Allotment {
         let gain = self.gain(variances, done, passes);
         // Without any variance there is nothing to gain, and the comparison is false.
         (gain > WORTHWHILE).then(|| (self.fitting(&of_both(variances), done, passes), gain))
+    }
+
+    /// A better allotment, and the factor of work that it saves, if samples are to begin anew for it. Then `done` passes of single samples are
+    /// given up, of `passes` that the target takes in all.
+    pub fn anew(variances: &[[f64; 2]], done: f64, passes: f64) -> Option<(Allotment, f64)> {
+        let better = Allotment::default().improved(variances, u64::MAX, passes)?;
+        (WORTHWHILE * passes / better.1 < passes - done).then_some(better)
     }
 
     /// The factor of work that allotments to come will save far from the target; 1 if none.

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::allotment::Allotment;
 use super::context::Context;
 use super::empty_maps::{Shows, element_weights_m2};
 use super::finer::{corners_within, cuts_of, parent_of, reference_on};
@@ -45,6 +46,8 @@ pub struct Shape {
     pub detail: IndirectDetail,
     /// How often they were cut.
     pub rounds: u32,
+    /// Gathering rays of each element in a pass.
+    pub rays: Allotment,
 }
 
 /// What coarse elements cannot show.
@@ -86,19 +89,19 @@ impl CoarseElements {
         };
         let sloped = (0..count).map(is_sloped).collect();
         let references_lx = vec![Linear::even(indirect_lx); count];
-        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, 0, fine)
+        CoarseElements::new(context, elements, (sloped, contact_free), (references_lx, Allotment::default()), 0, fine)
     }
 
     fn new(
         context: &Context,
         elements: Elements,
         (sloped, contact_free): (Vec<bool>, Vec<f64>),
-        references_lx: Vec<Linear>,
+        (references_lx, rays): (Vec<Linear>, Allotment),
         rounds: u32,
         fine: &Elements,
     ) -> CoarseElements {
         let weights = element_weights_m2(context, &elements, Some((&sloped, &contact_free)));
-        let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds };
+        let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds, rays };
         let children = children_of(&elements, fine);
         let mut coarse = CoarseElements {
             elements,
@@ -206,7 +209,15 @@ impl CoarseElements {
         };
         let sloped = parents.iter().enumerate().map(is_sloped).collect();
         let references_lx = parents.iter().enumerate().map(reference).collect();
-        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, self.shape.rounds + 1, fine)
+        let rays = Allotment::default();
+        CoarseElements::new(
+            context,
+            elements,
+            (sloped, contact_free),
+            (references_lx, rays),
+            self.shape.rounds + 1,
+            fine,
+        )
     }
 }
 

@@ -12,9 +12,11 @@ use serde::{Deserialize, Serialize};
 
 pub use self::gatherer::Gatherer;
 use self::records::Records;
+pub use self::settle::ray_squared_lx2;
+use super::allotment::Allotment;
 use super::context::Context;
 use super::guide::Guide;
-use super::order::{Order, WalkOrder};
+use super::order::{Order, RayOrder, WalkOrder};
 use crate::caches::{CellGrid, CellLight};
 use crate::maps::REPLICAS;
 use crate::sampling::random::{Purpose, Stream};
@@ -72,7 +74,7 @@ pub struct GatheringProgress {
     records: Vec<Records>,
     /// Whether each entry sends rays.
     sees: Vec<bool>,
-    order: Order,
+    order: RayOrder,
     /// Rays of either half that fill cells, and gathering rays of each replica so far. A pass may be unfinished.
     filled: u64,
     gathered: u64,
@@ -83,15 +85,16 @@ pub struct GatheringProgress {
     learned: [u64; 2],
     /// Numbers of the three kinds that the latest sums include.
     settled: [u64; 3],
-    /// Squared error in lx² of the mean over all replicas, from the random error of rays alone, by the latest sums.
-    pub ray_squared_lx2: f64,
-    /// Rays for gathering, for filling cells, and of walks.
+    /// For every entry, from the even and the odd half, by the latest sums: the variance of a replica's mean from the random error of rays
+    /// alone, in lx², times the entry's weight. The variances of an element's slopes are included.
+    pub ray_variances_lx2: Vec<[f64; 2]>,
+    /// Rays for gathering, for filling cells, and of walks. Rays that were given up are left out.
     pub rays: [u64; 3],
 }
 
 impl GatheringProgress {
     /// Creates the empty progress of entries in these regions of neighbours, with `walkers` entries that walk at first.
-    pub fn new(gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
+    pub fn new(gatherer: &Gatherer, regions: &[u32], walkers: usize, allotment: Allotment) -> GatheringProgress {
         let sites = regions.len();
         let order = Order::of(sites);
         let guide = if gatherer.starts.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
@@ -100,19 +103,39 @@ impl GatheringProgress {
             learned: [0; 2],
             sees: (0..sites).map(|entry| gatherer.starts.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
-            order,
+            order: RayOrder::new(order, allotment),
             filled: 0,
             gathered: 0,
             walks: WalkOrder::new(order, walkers),
             settled: [0; 3],
-            ray_squared_lx2: 0.0,
+            ray_variances_lx2: Vec::new(),
             rays: [0; 3],
         }
     }
 
     /// Starts anew for other elements of the same surfaces: their cells are already filled.
-    pub fn anew(&self, gatherer: &Gatherer, regions: &[u32], walkers: usize) -> GatheringProgress {
-        GatheringProgress { filled: self.filled, rays: self.rays, ..GatheringProgress::new(gatherer, regions, walkers) }
+    pub fn anew(
+        &self,
+        gatherer: &Gatherer,
+        regions: &[u32],
+        walkers: usize,
+        allotment: Allotment,
+    ) -> GatheringProgress {
+        let fresh = GatheringProgress::new(gatherer, regions, walkers, allotment);
+        GatheringProgress { filled: self.filled, rays: [0, self.rays[1], 0], ..fresh }
+    }
+
+    /// Gives up all rays, and shares those to come out among the entries. Returns the number of the rays given up.
+    pub fn share_out_rays(&mut self, allotment: Allotment) -> u64 {
+        self.records.iter_mut().for_each(Records::forget_rays);
+        self.order = RayOrder::new(self.order.order, allotment);
+        (self.gathered, self.learned[0]) = (0, 0);
+        std::mem::take(&mut self.rays[0])
+    }
+
+    /// How many rays each entry sends in a pass.
+    pub fn allotment(&self) -> &Allotment {
+        &self.order.allotment
     }
 
     /// Bytes of the records.
@@ -122,7 +145,7 @@ impl GatheringProgress {
 
     /// Complete passes of gathering rays.
     pub fn passes(&self) -> u64 {
-        self.gathered / self.order.sites().max(1) as u64
+        self.gathered / self.order.rays_of_a_pass().max(1)
     }
 
     /// Rays of a half that have filled cells.
@@ -149,7 +172,7 @@ impl GatheringProgress {
     /// Fills cells up to `rays` rays of either half, with at most `most` new ones. Returns the rays traced in all.
     pub fn fill(&mut self, gatherer: &Gatherer, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
         let range = self.filled..rays.min(self.filled + most.max(1));
-        let (order, guide, most_samples) = (self.order, &self.guides[0], sets.most_samples);
+        let (order, guide, most_samples) = (self.order.order, &self.guides[0], sets.most_samples);
         let halves = sets.halves.par_iter_mut().with_max_len(1).enumerate();
         let traced = halves
             .map(|(half, cells)| gatherer.fill(cells, (half as u32, most_samples), (order, guide), range.clone()));
@@ -161,8 +184,8 @@ impl GatheringProgress {
 
     /// Sends rays up to `passes` passes, at most `most` of each replica. Returns the rays traced.
     pub fn gather(&mut self, gatherer: &Gatherer, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        let range = self.gathered..(passes * self.order.sites() as u64).min(self.gathered + most.max(1));
-        let (order, guide) = (self.order, &self.guides[0]);
+        let range = self.gathered..(passes * self.order.rays_of_a_pass()).min(self.gathered + most.max(1));
+        let (order, guide) = (&self.order, &self.guides[0]);
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
         let traced = replicas.map(|(replica, records)| {
             gatherer.gather(records, (replica as u32, &sets.of(replica).grid), (order, guide), range.clone())

@@ -11,6 +11,7 @@ mod judged;
 mod leaving;
 mod merged;
 mod parts;
+mod sharing_out;
 mod walking;
 
 use std::ops::Range;
@@ -316,13 +317,17 @@ impl Job {
         // The first pass also makes the control variates that the pilot has not made.
         let rays_ahead = if self.map.direct_samples.complete == 0 { self.control_variates.rays_to_make } else { 0.0 };
         let rays = self.share.rays_per_pass + rays_ahead / REPLICAS as f64;
+        let passes = if self.may_share_out_direct(context) { 1 } else { passes };
         let (entries, times) = slice_of_passes(context, self.map.direct_samples, passes, self.map.len(), rays);
         let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
         let rays = match (self.kind, &mut self.adapting.adaptive) {
             (MapKind::Elements, Some(adaptive)) => {
                 passes::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
             }
-            (MapKind::Elements, None) => passes::direct_over_elements(context, elements, map, part.0, part.1),
+            (MapKind::Elements, None) => {
+                let of_elements = (elements, &self.adapting.direct_samples);
+                passes::direct_over_elements(context, of_elements, map, part.0, part.1)
+            }
             (MapKind::Receivers(set), _) => {
                 passes::direct_at_points(context, set, map, &mut self.control_variates, part.0, part.1)
             }
@@ -330,6 +335,7 @@ impl Job {
         self.work.rays += rays;
         self.work.direct_rays += rays;
         self.map.direct_samples = after_passes(entries, times, self.map.len());
+        self.share_out_direct(context);
     }
 
     /// Judges the present error.

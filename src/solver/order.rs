@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::allotment::Allotment;
+
 /// The order in which the entries of a map send rays: scattered, so that the first ones come from all over the map.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Order {
@@ -44,10 +46,49 @@ impl Order {
     pub fn at(self, index: u64) -> (u64, usize) {
         (index / self.sites as u64, self.entry(index % self.sites as u64))
     }
+}
 
-    /// Pass and entry of the rays of a range, pass after pass over all entries.
-    pub fn entries(self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
-        range.map(move |index| self.at(index))
+/// The gathering rays of a map: in a pass every entry sends as many as it is allotted, one after another.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RayOrder {
+    pub order: Order,
+    pub allotment: Allotment,
+    /// The entry of every ray of a pass, and the number of the ray among those of this entry. Empty if every entry sends one.
+    places: Vec<(u32, u16)>,
+}
+
+impl RayOrder {
+    pub fn new(order: Order, allotment: Allotment) -> RayOrder {
+        let mut places = Vec::new();
+        if !allotment.is_even() {
+            let entries = (0..order.sites() as u64).map(|place| order.entry(place));
+            places.extend(
+                entries.flat_map(|entry| (0..allotment.of(entry) as u16).map(move |number| (entry as u32, number))),
+            );
+        }
+        RayOrder { order, allotment, places }
+    }
+
+    /// Number of entries.
+    pub fn sites(&self) -> usize {
+        self.order.sites()
+    }
+
+    /// Rays of a pass.
+    pub fn rays_of_a_pass(&self) -> u64 {
+        (if self.places.is_empty() { self.order.sites() } else { self.places.len() }) as u64
+    }
+
+    /// Number of each ray of a range among those of its entry, and the entry.
+    pub fn entries(&self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
+        let rays = self.rays_of_a_pass();
+        range.map(move |index| match self.places.get((index % rays) as usize) {
+            None => self.order.at(index),
+            Some((entry, number)) => {
+                let entry = *entry as usize;
+                (index / rays * self.allotment.of(entry) + u64::from(*number), entry)
+            }
+        })
     }
 }
 
@@ -153,11 +194,26 @@ mod tests {
     #[test]
     fn a_pass_meets_every_entry_once() {
         for sites in [1, 2, 12, 97, 1000] {
-            let order = Order::of(sites);
+            let order = RayOrder::new(Order::of(sites), Allotment::default());
             let mut met = vec![0; sites];
             order.entries(0..sites as u64).for_each(|(_, entry)| met[entry] += 1);
             assert!(met.iter().all(|times| *times == 1), "{sites}");
         }
+    }
+
+    /// Entries with variances of 1 and 400 send some twenty times as many rays, numbered without a gap over all passes.
+    #[test]
+    fn a_pass_meets_every_entry_as_often_as_it_is_allotted() {
+        let variances: Vec<f64> = (0..12).map(|entry| if entry == 5 { 400.0 } else { 1.0 }).collect();
+        let order = RayOrder::new(Order::of(12), Allotment::to_target(&variances, 50.0));
+        let rays = order.rays_of_a_pass();
+        assert!(order.allotment.of(5) >= 3 && rays == order.allotment.of_all(12), "{:?}", order.allotment);
+        let mut next = [0; 12];
+        for (number, entry) in order.entries(0..rays + 4).chain(order.entries(rays + 4..3 * rays)) {
+            assert_eq!(number, next[entry]);
+            next[entry] += 1;
+        }
+        assert!((0..12).all(|entry| next[entry] == 3 * order.allotment.of(entry)), "{next:?}");
     }
 
     #[test]

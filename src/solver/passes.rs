@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 pub use self::walks::{PointWalks, walks_from_points};
 use super::adapt::{Adaptive, add_direct};
+use super::allotment::Allotment;
 use super::context::Context;
 use super::ends::Ends;
 use super::streams::{emission_shift, spread_choice, stream_index};
@@ -22,6 +23,7 @@ use crate::estimators::reception::DirectSampler;
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, IntensityTable};
+use crate::transport::Traced;
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
@@ -37,32 +39,39 @@ pub enum ScoredArrivals {
 /// Rays of a replica after which it traces no more chains for the flux balance.
 const RAYS_FOR_ENDS: u64 = 20_000;
 
-/// Does passes over the direct light of a range of element sides. Returns the rays traced.
+/// Does passes over the direct light of a range of element sides, each of which takes its samples of a pass. Returns the rays traced.
 pub fn direct_over_elements(
     context: &Context,
-    elements: &Elements,
+    (elements, allotment): (&Elements, &Allotment),
     map: &mut ReplicaMap,
     range: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
     map.fix_direct_levels(range.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
+    // The samples by which others were shared out must not come again.
+    let purpose = if allotment.is_even() { Purpose::Direct } else { Purpose::AllottedDirect };
     let replicas = map.direct.par_iter_mut().with_max_len(1).enumerate();
     let done = replicas.map(|(replica, direct)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut scratch = DirectPass::default();
-        let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Elements.number(), replica as u32);
+        let mut stream = Stream::new(context.seed, purpose, MapKind::Elements.number(), replica as u32);
         for index in range.clone() {
             let element = Element::of(context.world, context.scene, elements, index as u32);
             let area_m2 = elements.area_m2(context.scene, elements.element(index as u32));
             let mut entry = scores.of_entry(area_m2, levels.of(index));
+            let samples = allotment.of(index);
             for pass in passes.clone() {
-                stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                let sampled = scratch.over_element(context.world, &element, &mut stream);
-                direct[index] += sampled.value;
-                entry.add(sampled.value);
-                rays += sampled.rays;
+                let mut sum = Traced::default();
+                for number in pass * samples..(pass + 1) * samples {
+                    stream.seek_quasi(stream_index(index, number), index as u64, number);
+                    sum += scratch.over_element(context.world, &element, &mut stream);
+                }
+                let score_lx = sum.value / samples as f64;
+                direct[index] += score_lx;
+                entry.add(score_lx);
+                rays += sum.rays;
             }
         }
         (rays, scores)

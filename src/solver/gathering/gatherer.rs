@@ -10,7 +10,7 @@ use crate::estimators::gathering::{CellPlace, PendingTerm, fill_cells, find_cell
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::guide::Guide;
-use crate::solver::order::{Order, WalkOrder};
+use crate::solver::order::{Order, RayOrder, WalkOrder};
 use crate::solver::starts::Starts;
 use crate::solver::streams::stream_index;
 
@@ -66,21 +66,23 @@ impl Gatherer<'_> {
         &self,
         records: &mut Records,
         (replica, grid): (u32, &CellGrid),
-        (order, guide): (Order, &Guide),
+        (order, guide): (&RayOrder, &Guide),
         range: Range<u64>,
     ) -> u64 {
         let Starts { context, number: map, .. } = self.starts;
         let world = context.world;
-        let mut stream = Stream::new(context.seed, Purpose::CellRays, map, replica);
+        // The rays by which others were shared out must not come again.
+        let purpose = if order.allotment.is_even() { Purpose::CellRays } else { Purpose::AllottedRays };
+        let mut stream = Stream::new(context.seed, purpose, map, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
         let mut pending: Vec<Option<PendingTerm>> = Vec::with_capacity(BLOCK as usize);
         for block in blocks(range) {
-            for (pass, entry) in order.entries(block) {
+            for (number, entry) in order.entries(block) {
                 let (mut plain_lx, mut term, mut bin) = (0.0, None, 0);
                 let mut flight = Flight { at: [0.0; 2], length_m: f32::INFINITY };
                 if let Some(site) = self.starts.site(entry) {
-                    stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                    stream.seek_quasi(stream_index(entry, number), entry as u64, number);
                     let start = self.starts.draw(&site, &mut stream);
                     (flight.at, rays) = (start.at.map(|weight| weight as f32), rays + start.rays);
                     if start.weight > 0.0 {

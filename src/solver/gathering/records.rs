@@ -75,6 +75,12 @@ impl Records {
             + bytes_of_list(&self.walk_starts)
     }
 
+    /// Forgets the rays. Walks stay.
+    pub fn forget_rays(&mut self) {
+        let Records { walks, walk_terms, walk_bins, walk_starts, new_of_walks, .. } = std::mem::take(self);
+        *self = Records { walks, walk_terms, walk_bins, walk_starts, new_of_walks, ..Records::default() };
+    }
+
     /// Makes the cells that were looked up for the first time.
     pub fn make_cells(&mut self, grid: &mut CellGrid) {
         self.new.drain(..).for_each(|(place, term)| self.terms[place as usize] = term.of_cell(grid.cell(term.key)));

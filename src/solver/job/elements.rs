@@ -31,6 +31,7 @@ impl Job {
                 map: &self.map,
                 coarse: self.adapting.coarse.as_ref(),
                 loss: &self.adapting.loss,
+                ray_scatters_lx2: &self.ray_scatters_lx2(),
                 mean_lx: self.judgement.mean,
                 spent: Spent { direct, gathered: self.kept_rays() as f64 - direct },
             };

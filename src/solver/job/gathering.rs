@@ -7,10 +7,11 @@ use crate::control::{GatheringGrowth, GatheringParts, KINDS};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
+use crate::solver::allotment::Allotment;
 use crate::solver::coarse::CoarseElements;
 use crate::solver::context::Context;
 use crate::solver::empty_maps::{element_map, element_weights_m2, numbers_per_site};
-use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress};
+use crate::solver::gathering::{CellSets, Gatherer, GatheringProgress, ray_squared_lx2};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 use crate::solver::regions::regions_of;
 use crate::solver::spending::Activity;
@@ -18,7 +19,7 @@ use crate::solver::starts::Starts;
 
 /// Rays of all replicas before the first look, and the fewest and most passes over the entries that they make.
 const FIRST_RAYS: u64 = 400_000;
-const LEAST_PASSES: u64 = 2;
+pub(super) const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
 /// Rays of a half that fill cells, per entry, before the first look for an error of 1 % or less; the most of them in a half; and walks of
 /// each entry that walks.
@@ -160,7 +161,7 @@ impl Job {
     }
 
     /// Areas or weights of all entries of [`Job::gathered`].
-    fn gathered_weights(&self) -> &[f64] {
+    pub(super) fn gathered_weights(&self) -> &[f64] {
         self.adapting.coarse.as_ref().map_or(&self.weights, |coarse| &coarse.weights_m2)
     }
 
@@ -267,6 +268,9 @@ impl Job {
         }
         self.find_contact(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
+        let allotment =
+            self.adapting.coarse.as_ref().map_or_else(Allotment::default, |coarse| coarse.shape.rays.clone());
+        self.gathering.better = None;
         let gatherer = gatherer_of(
             context,
             self.kind,
@@ -276,15 +280,16 @@ impl Job {
         let places: Vec<_> = (0..sites).map(|entry| gatherer.starts.middle(entry)).collect();
         let regions = regions_of(&places);
         self.gathering.progress = Some(match &self.gathering.progress {
-            Some(progress) => progress.anew(&gatherer, &regions, walkers),
-            None => GatheringProgress::new(&gatherer, &regions, walkers),
+            Some(progress) => progress.anew(&gatherer, &regions, walkers, allotment),
+            None => GatheringProgress::new(&gatherer, &regions, walkers, allotment),
         });
-        let map = self.adapting.coarse.as_mut().map_or(&mut self.map, |coarse| &mut coarse.map);
+        let map = self.gathered_mut();
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
     /// Does one slice towards the goal. Returns whether the goal is reached.
     pub(super) fn gather_a_slice(&mut self, context: &Context, sets: &mut CellSets) -> bool {
+        self.share_out_rays();
         let goal = self.gathering.goal;
         let entries = self.gathered().len().max(1) as u64;
         let gatherer = gatherer_of(
@@ -359,23 +364,24 @@ impl Job {
             }
             _ => progress.settle(sets, &mut self.map, &self.weights, None),
         }
-        self.samples = progress.passes();
+        self.samples = self.gathered().indirect_samples.complete;
     }
 
     /// What the latest look has shown of a map that gathers.
     pub(super) fn gathering_parts(&self) -> Option<GatheringParts> {
-        let progress = self.gathering.progress.as_ref()?;
+        let progress = self.gathering.progress.as_ref().filter(|progress| progress.passes() > 0)?;
         let residuals = self.gathered().residuals.as_ref()?.state();
         let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
-        let rays_lx2 = progress.ray_squared_lx2;
+        let rays_lx2 = ray_squared_lx2(&progress.ray_variances_lx2, self.gathered_weights());
         let [rays, fills, walks] = progress.rays.map(|rays| rays as f64);
-        Some(GatheringParts {
+        let parts = GatheringParts {
             squared_lx2: [direct_lx2, rays_lx2, walks_lx2],
             rays: [(self.work.direct_rays as f64).max(1.0), rays, fills, walks],
             residuals,
             degrees_of_freedom: self.judgement.degrees_of_freedom,
-        })
+        };
+        Some(self.gathering.better.as_ref().map_or(parts, |better| better.parts(&parts)))
     }
 
     /// Plans the way to a target by the latest look, and sets the next goal. Without a target all work doubles. A map that a check refused
@@ -389,8 +395,17 @@ impl Job {
             Some(target) => {
                 let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
                 let chance_lx = share.sqrt() * target * self.judgement.mean;
+                let growth = parts.growth(chance_lx);
+                self.gathering.better = self.better_rays(&growth);
+                let (parts, growth) = match &self.gathering.better {
+                    None => (parts, growth),
+                    Some(better) => {
+                        let parts = better.parts(&parts);
+                        (parts, better.growth(&parts, parts.growth(chance_lx)))
+                    }
+                };
                 self.gathering.bounds = Some(parts.bounds(chance_lx));
-                parts.growth(chance_lx)
+                growth
             }
             None if self.looks.refused => {
                 let [of_direct, of_rays] = self.score_parts().map(|part| part.fourth);
@@ -418,7 +433,10 @@ impl Job {
         let goal = GatheringGoal {
             direct: more(now.direct, direct),
             fills: more(now.fills, fills),
-            rays: more(now.rays, rays),
+            rays: match &self.gathering.better {
+                Some(better) => better.passes(rays.min(MOST_GROWTH)),
+                None => more(now.rays, rays),
+            },
             walks: more(now.walks, walks),
         };
         // If the predicted work is done and the map is still not accepted, a little more of everything.

@@ -6,6 +6,7 @@ use super::connecting::Offered;
 use super::expected::FIRST_WALKS;
 use super::forecast::BeforeCut;
 use super::gathering::GatheringGoal;
+use super::sharing_out::BetterRays;
 use crate::control::GatheringGrowth;
 use crate::estimators::neighbours::Sharing;
 use crate::maps::{History, Judgement, StatisticalCheck};
@@ -95,6 +96,8 @@ pub struct AdaptingState {
     /// Contact-free share of each element, where walks or rays start from the given elements; these count as a whole.
     /// Otherwise empty.
     pub contact_free: Vec<f64>,
+    /// Samples of direct light that each given element takes in a pass.
+    pub direct_samples: Allotment,
     /// Data that elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
     /// The first adaptive elements, while they are being cut before the run.
@@ -153,6 +156,8 @@ pub struct GatheringState {
     pub growth: Option<(GatheringGrowth, u64)>,
     /// Fewest and most rays, approximately, that the plan would take if the look were inaccurate.
     pub bounds: Option<[f64; 2]>,
+    /// A better allotment of rays, to be taken before the next ray.
+    pub better: Option<BetterRays>,
 }
 
 /// State of a map by local estimation.
