@@ -89,19 +89,19 @@ impl CoarseElements {
         };
         let sloped = (0..count).map(is_sloped).collect();
         let references_lx = vec![Linear::even(indirect_lx); count];
-        CoarseElements::new(context, elements, (sloped, contact_free), (references_lx, Allotment::default()), 0, fine)
+        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, 0, fine)
     }
 
     fn new(
         context: &Context,
         elements: Elements,
         (sloped, contact_free): (Vec<bool>, Vec<f64>),
-        (references_lx, rays): (Vec<Linear>, Allotment),
+        references_lx: Vec<Linear>,
         rounds: u32,
         fine: &Elements,
     ) -> CoarseElements {
         let weights = element_weights_m2(context, &elements, Some((&sloped, &contact_free)));
-        let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds, rays };
+        let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds, rays: Allotment::default() };
         let children = children_of(&elements, fine);
         let mut coarse = CoarseElements {
             elements,
@@ -209,15 +209,7 @@ impl CoarseElements {
         };
         let sloped = parents.iter().enumerate().map(is_sloped).collect();
         let references_lx = parents.iter().enumerate().map(reference).collect();
-        let rays = Allotment::default();
-        CoarseElements::new(
-            context,
-            elements,
-            (sloped, contact_free),
-            (references_lx, rays),
-            self.shape.rounds + 1,
-            fine,
-        )
+        CoarseElements::new(context, elements, (sloped, contact_free), references_lx, self.shape.rounds + 1, fine)
     }
 }
 
